@@ -1,0 +1,293 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* libtug: example-based mesh posing in real time.
+ *
+ * A mesh, a few example shapes of it and a few handles become a model once (seconds); a solver on
+ * that model then answers handle positions with a pose in milliseconds or less. The pose is a
+ * function of the handle positions alone: every solve starts cold.
+ *
+ *     mesh + handles -> weights -> groups -> model -> solver -> positions
+ *
+ * Conventions, for every call:
+ * - Arrays are dense, row-major double; "#V by k" means #V rows of k values. Indices are int32_t,
+ *   from 0. #V vertices, #F triangles, k dimensions (2 or 3), #S shapes, #W weight functions,
+ *   #H constraint rows (handles), #G edge groups. Lengths are in the caller's unit; any unit works.
+ * - Inputs are copied, outputs are the caller's. No pointer may be NULL unless it says so.
+ * - A fallible call returns a tug_status; on anything but TUG_OK it has changed none of its outputs
+ *   but created handles (`*out`), which are NULL then, and tug_error_text() says in words what was
+ *   wrong. Whether a solve converged is not a status: it stands in the info.
+ * - The library never prints, never exits and never asserts on a caller's data.
+ * - Different objects may be used by different threads at once, and a mesh or a model by several;
+ *   one solver by one thread at a time.
+ * - Options and info structs start with their size: fill options by their defaults function, and
+ * set `struct_size` of an info to sizeof before the call. An info may be NULL.
+ *
+ * Equations: (A n) Wampler 2016, "Fast and Reliable Example-Based Mesh IK for Stylized
+ * Deformations".
+ */
+#ifndef TUG_H
+#define TUG_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#if defined(_WIN32)
+#define TUG_API __declspec(dllexport)
+#else
+#define TUG_API __attribute__((visibility("default")))
+#endif
+
+/* Changes whenever a struct or a signature below changes. */
+#define TUG_ABI 1
+
+typedef enum tug_status {
+    TUG_OK = 0,
+    TUG_ERROR_ARGUMENT = 1,  /* a count, index, pointer or option that cannot be */
+    TUG_ERROR_MEMORY = 2,    /* an allocation failed */
+    TUG_ERROR_CANCELLED = 3, /* the progress callback asked to stop */
+    TUG_ERROR_MESH = 4,      /* the mesh cannot be used: see tug_check_mesh */
+    TUG_ERROR_HANDLES = 5,   /* handles that coincide, or a component that has none */
+    TUG_ERROR_NUMERIC = 6,   /* a factorisation failed or a result is not finite */
+    TUG_ERROR_BLOB = 7       /* not a model blob, of another version, or damaged */
+} tug_status;
+
+/* TUG_ABI of the library that is loaded: compare it with the header's. */
+TUG_API int32_t tug_abi(void);
+
+/* "major.minor.patch"; static storage. */
+TUG_API const char *tug_version(void);
+
+/* What the last call of this thread that failed had to say, naming the function and the thing that
+ * is wrong. Never NULL; valid until the next failing call of the same thread. */
+TUG_API const char *tug_error_text(void);
+
+/* Called from the thread that made the long call, at least every 0.1 s or so. stage: a short
+ * English phrase; fraction: 0 to 1 over the whole call, never falling. Return non-zero to cancel:
+ * the call then returns TUG_ERROR_CANCELLED. Wherever a call takes one, it may be NULL. */
+typedef int (*tug_progress)(void *user, const char *stage, double fraction);
+
+/* ------------------------------------------------------------------------------------------------
+ * Mesh
+ */
+
+/* The rest shape and its triangles, with areas and cotangents. Immutable. */
+typedef struct tug_mesh tug_mesh;
+
+/* vertices: #V by k. triangles: #F by 3. Fails on an index out of range, a dimension other than 2
+ * or 3 and empty input only; any geometry is taken: tug_check_mesh tells what is wrong with it, and
+ * the calls that cannot work on it fail with the same words. O(#V + #F log #F). */
+TUG_API tug_status tug_create_mesh(const double *vertices, int32_t vertex_count, int32_t dimension,
+                                   const int32_t *triangles, int32_t triangle_count,
+                                   tug_mesh **out);
+
+/* NULL is allowed. */
+TUG_API void tug_destroy_mesh(tug_mesh *mesh);
+
+/* What is wrong with a mesh, in words: one line for each kind of problem, with a count, an example
+ * and what to do. Errors make the mesh unusable: coordinates that are not finite, triangles of no
+ * area, vertices in no triangle. Warnings do not: edges of more than two triangles, neighbours that
+ * face opposite ways, vertices at which the surface is pinched, triangles that are there twice.
+ * text: capacity bytes, always terminated, cut where it does not fit; errors come first.
+ * errors, warnings: numbers of lines. O(#F). */
+TUG_API tug_status tug_check_mesh(const tug_mesh *mesh, char *text, size_t capacity,
+                                  int32_t *errors, int32_t *warnings);
+
+/* component: #V, numbered from 0 in the order of their first vertex. A vertex in no triangle is a
+ * component of its own. O(1) per vertex. */
+TUG_API tug_status tug_find_components(const tug_mesh *mesh, int32_t *component, int32_t *count);
+
+/* Vertices spread evenly over the surface: `first`, then again and again the one farthest along the
+ * edges from all before it; a component that has none yet comes before any other. count: at most
+ * #V. vertices: count. O(count #V log #V). */
+TUG_API tug_status tug_spread_vertices(const tug_mesh *mesh, int32_t first, int32_t count,
+                                       int32_t *vertices);
+
+/* ------------------------------------------------------------------------------------------------
+ * Weights and groups
+ */
+
+typedef struct tug_weights_options {
+    size_t struct_size;
+    double tolerance;       /* relative duality gap of each handle's problem; default 1e-6 */
+    int32_t max_iterations; /* of the quadratic programs; default 200 */
+    int32_t threads;        /* handles solved at a time; 0, the default: one a processor */
+    /* What becomes of a component that no handle touches. 0, the default: TUG_ERROR_HANDLES. 1: it
+     * gets weight one for the handle nearest to it, and so moves with it. */
+    int32_t follow_nearest;
+} tug_weights_options;
+
+typedef struct tug_weights_info {
+    size_t struct_size;
+    int32_t converged;  /* every handle's problem reached the tolerance */
+    int32_t iterations; /* largest over the handles */
+    double gap;         /* largest relative duality gap */
+    double
+        kkt_residual; /* largest violation of the optimality conditions, relative to the gradient */
+    double bound_violation; /* largest distance of a weight from [0, 1] before the final clamp */
+} tug_weights_info;
+
+TUG_API void tug_default_weights_options(tug_weights_options *options);
+
+/* Bounded biharmonic weights (Jacobson et al. 2011) on the surface: for each handle the minimiser
+ * of the Laplacian energy w^T L M^-1 L w within [0, 1] that is one on the handle's vertices and
+ * zero on the others'; then every row is divided by its sum. handle_starts: #W + 1 offsets into
+ * handle_vertices, which lists the vertices of handle after handle. weights: #V by #W. Fails with
+ * TUG_ERROR_HANDLES where two handles share a vertex or a component has none. One sparse
+ * factorisation and a few tens of solves a handle: about a second at 20,000 vertices. */
+TUG_API tug_status tug_compute_weights(const tug_mesh *mesh, const int32_t *handle_starts,
+                                       const int32_t *handle_vertices, int32_t handle_count,
+                                       const tug_weights_options *options, tug_progress progress,
+                                       void *user, double *weights, tug_weights_info *info);
+
+/* Edge groups of (A 7): triangles clustered by k-means on the weights of their corners, weighted by
+ * area. Deterministic: farthest-point seeds, then Lloyd's rounds.
+ * weights: #V by #W. wanted: how many groups; fewer come out where the triangles differ too little.
+ * groups: #F, every number below *group_count used. O(rounds #F #W wanted). */
+TUG_API tug_status tug_cluster_triangles(const tug_mesh *mesh, const double *weights,
+                                         int32_t weight_count, int32_t wanted,
+                                         tug_progress progress, void *user, int32_t *groups,
+                                         int32_t *group_count);
+
+/* ------------------------------------------------------------------------------------------------
+ * Model
+ */
+
+/* Everything a solve needs of mesh, shapes, weights, constraint rows and groups: the constants of
+ * (A 12-19) with the transforms eliminated, so that their size does not depend on #V. Immutable. */
+typedef struct tug_model tug_model;
+
+/* Sparse constraint rows, #H by #V: row r has values[starts[r]] to values[starts[r + 1] - 1] at the
+ * vertices of the same places. One row with a single 1 pins one vertex. */
+typedef struct tug_rows {
+    const int32_t *starts;   /* count + 1 */
+    const int32_t *vertices; /* starts[count] */
+    const double *values;    /* starts[count] */
+    int32_t count;
+} tug_rows;
+
+typedef struct tug_model_sizes {
+    size_t struct_size;
+    int32_t vertices, dimension, shapes, weights, rows, groups;
+    int32_t unknowns; /* columns of the dictionary, #W (1 + #S k) */
+    int32_t rank;     /* of them, those that are independent: the others are left out */
+} tug_model_sizes;
+
+/* shapes: #S by #V by k; shape 0 is the rest shape and need not equal the mesh's vertices.
+ * weights: #V by #W, any functions whose span holds the constant. groups: #F, as from
+ * tug_cluster_triangles. A weight function needs no row of its own: a free handle is a column of
+ * the weights that no row pins. Fails with TUG_ERROR_HANDLES where the rows depend on each other.
+ * O(#V (#W #S k)^2) time; memory beside the model itself does not grow with #V. */
+TUG_API tug_status tug_create_model(const tug_mesh *mesh, const double *shapes, int32_t shape_count,
+                                    const double *weights, int32_t weight_count,
+                                    const tug_rows *rows, const int32_t *groups,
+                                    int32_t group_count, tug_progress progress, void *user,
+                                    tug_model **out);
+
+/* No solver on it may be alive. NULL is allowed. */
+TUG_API void tug_destroy_model(tug_model *model);
+
+TUG_API tug_status tug_get_model_sizes(const tug_model *model, tug_model_sizes *sizes);
+
+/* Bytes that tug_save_model writes. */
+TUG_API size_t tug_model_blob_size(const tug_model *model);
+
+/* Write the model as one versioned and checksummed blob of exactly tug_model_blob_size bytes, in
+ * this machine's byte order. Fails where size is less. */
+TUG_API tug_status tug_save_model(const tug_model *model, void *blob, size_t size);
+
+/* Fails with TUG_ERROR_BLOB on anything but a whole, unchanged blob of this version. */
+TUG_API tug_status tug_load_model(const void *blob, size_t size, tug_model **out);
+
+/* ------------------------------------------------------------------------------------------------
+ * Solver
+ */
+
+/* A workspace on a model: settings, and the last pose. Some tens of kilobytes to megabytes. */
+typedef struct tug_solver tug_solver;
+
+typedef enum tug_form {
+    /* One rotation per group, shapes aligned at bind time, and a prior on the rotations: one true
+     * objective, decreased by every step. The default: its pose is continuous in the handles. */
+    TUG_FORM_STEADY = 0,
+    /* The paper's own: a rotation per group and shape, the alternation of (A 20) and (A 22-23). It
+     * need not converge. */
+    TUG_FORM_PAPER = 1,
+    /* No rotations (section 5.5): one convex problem, solved to its global optimum. */
+    TUG_FORM_NO_ROTATIONS = 2
+} tug_form;
+
+typedef struct tug_solver_options {
+    size_t struct_size;
+    int32_t form;    /* a tug_form */
+    int32_t squared; /* 1: without the square roots of (A 10) */
+    /* 1: one blend for the whole mesh instead of one per group, with the costs of (A 4-5). */
+    int32_t single_blend;
+    /* 1: start from the solver's last pose, as the paper does, instead of cold. The pose then
+     * depends on the history of solves. */
+    int32_t warm_start;
+    int32_t max_rounds; /* of blend and rotations; default 200 */
+    double lambda;      /* weight of the costs in (A 10); default 0.5 */
+    double prior;       /* weight of the steady form's rotation prior; default 0.1 */
+    double
+        tolerance; /* a solve has converged when no rotation moves by more; radians; default 1e-6 */
+} tug_solver_options;
+
+typedef struct tug_solve_info {
+    size_t struct_size;
+    int32_t converged;
+    int32_t rounds;   /* of blend and rotations */
+    double objective; /* (A 10), with the prior in the steady form, in units of length */
+    double energy;    /* E_d of (A 9) */
+    double gap;       /* of the last (A 20): the objective is at most this far above its optimum */
+    double residual;  /* how far the last round would have turned a rotation; radians */
+    double increase;  /* largest rise of the objective in a round; 0 but in the paper's form */
+} tug_solve_info;
+
+TUG_API void tug_default_solver_options(tug_solver_options *options);
+
+/* The model must outlive the solver. All memory is allocated here. */
+TUG_API tug_status tug_create_solver(const tug_model *model, const tug_solver_options *options,
+                                     tug_solver **out);
+
+/* NULL is allowed. */
+TUG_API void tug_destroy_solver(tug_solver *solver);
+
+/* Find the pose for handle positions. targets: #H by k, one for each constraint row. Allocates
+ * nothing; time does not depend on #V. A solve that failed leaves the last pose as it was. */
+TUG_API tug_status tug_solve(tug_solver *solver, const double *targets, tug_solve_info *info);
+
+/* What the last solve found; TUG_ERROR_ARGUMENT before the first.
+ * positions: #V by k, O(#V #W #S k). blend: #G by #S, rows sum to one. costs: sqrt(D_gs) of (A 10),
+ * #G by #S, or D_gs with `squared`. rotations: #G by #S by k by k. */
+TUG_API tug_status tug_get_positions(const tug_solver *solver, double *positions);
+TUG_API tug_status tug_get_blend(const tug_solver *solver, double *blend);
+TUG_API tug_status tug_get_costs(const tug_solver *solver, double *costs);
+TUG_API tug_status tug_get_rotations(const tug_solver *solver, double *rotations);
+
+/* ------------------------------------------------------------------------------------------------
+ * The convex part alone
+ */
+
+typedef struct tug_blend_info {
+    size_t struct_size;
+    int32_t pivots;   /* changes of the active set */
+    double objective; /* at the result */
+    double gap;       /* the objective is at most this far above its optimum */
+} tug_blend_info;
+
+/* (A 20) with the transforms eliminated: minimise sqrt(1/2 (B^T Q B + 2 c^T B + r)) + lambda d^T B,
+ * or without the root where squared is 1, over group_count simplices of shape_count weights each.
+ * Q: n by n, n = group_count shape_count, symmetric, with [Q c; c^T r] positive semidefinite up to
+ * rounding. blend, in and out: n; a point of the simplices to start from, then the optimum. */
+TUG_API tug_status tug_minimise_blend(int32_t group_count, int32_t shape_count, const double *Q,
+                                      const double *c, double r, const double *d, double lambda,
+                                      int32_t squared, double *blend, tug_blend_info *info);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
