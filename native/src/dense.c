@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "dense.h"
+
+#include <cblas.h>
+#include <math.h>
+
+void dpstrf_(const char *uplo, const int *n, double *a, const int *lda, int *piv, int *rank,
+             const double *tol, double *work, int *info);
+
+void use_one_blas_thread(void)
+{
+    openblas_set_num_threads(1);
+}
+
+void add_product(int32_t m, int32_t n, int32_t l, double alpha, const double *A, int32_t lda,
+                 const double *B, int32_t ldb, double *C, int32_t ldc)
+{
+    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, m, n, l, alpha, A, lda, B, ldb, 1.0, C,
+                ldc);
+}
+
+void add_product_tn(int32_t m, int32_t n, int32_t l, double alpha, const double *A, int32_t lda,
+                    const double *B, int32_t ldb, double *C, int32_t ldc)
+{
+    cblas_dgemm(CblasRowMajor, CblasTrans, CblasNoTrans, m, n, l, alpha, A, lda, B, ldb, 1.0, C,
+                ldc);
+}
+
+void add_product_nt(int32_t m, int32_t n, int32_t l, double alpha, const double *A, int32_t lda,
+                    const double *B, int32_t ldb, double *C, int32_t ldc)
+{
+    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasTrans, m, n, l, alpha, A, lda, B, ldb, 1.0, C,
+                ldc);
+}
+
+int32_t pivoted_cholesky(double *A, int32_t n, double tolerance, int32_t *pivots, double *work)
+{
+    /* A row-major upper triangle is a column-major lower one: A = L L^T there is G^T G here. */
+    int rank = 0, info = 0;
+    dpstrf_("L", &n, A, &n, pivots, &rank, &tolerance, work, &info);
+    for (int32_t i = 0; i < n; i++) {
+        pivots[i]--;
+    }
+    return rank;
+}
+
+void solve_right_upper(double *V, int32_t rows, int32_t ldv, const double *G, int32_t r,
+                       int32_t ldg)
+{
+    cblas_dtrsm(CblasRowMajor, CblasRight, CblasUpper, CblasNoTrans, CblasNonUnit, rows, r, 1.0, G,
+                ldg, V, ldv);
+}
+
+void solve_right_upper_transposed(double *V, int32_t rows, int32_t ldv, const double *G, int32_t r,
+                                  int32_t ldg)
+{
+    cblas_dtrsm(CblasRowMajor, CblasRight, CblasUpper, CblasTrans, CblasNonUnit, rows, r, 1.0, G,
+                ldg, V, ldv);
+}
+
+double dot(const double *a, const double *b, size_t count)
+{
+    double sum = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        sum += a[i] * b[i];
+    }
+    return sum;
+}
+
+/* Our own loops: the matrices of a solve have 5 to 100 rows, where LAPACK's call costs more than
+ * the work, and its thread-dependent blocking would make results depend on the machine. */
+int cholesky_factor(double *A, int32_t n)
+{
+    for (int32_t i = 0; i < n; i++) {
+        double *row = A + (size_t)i * (size_t)n;
+        if (!(row[i] > 0.0)) {
+            return 0;
+        }
+        double inverse = 1.0 / sqrt(row[i]);
+        for (int32_t j = i; j < n; j++) {
+            row[j] *= inverse;
+        }
+        for (int32_t l = i + 1; l < n; l++) {
+            double factor = row[l];
+            double *below = A + (size_t)l * (size_t)n;
+            for (int32_t j = l; j < n; j++) {
+                below[j] -= factor * row[j];
+            }
+        }
+    }
+    return 1;
+}
+
+void cholesky_solve(const double *G, int32_t n, double *b, int32_t columns)
+{
+    for (int32_t i = 0; i < n; i++) {
+        const double *row = G + (size_t)i * (size_t)n;
+        double *x = b + (size_t)i * (size_t)columns;
+        for (int32_t c = 0; c < columns; c++) {
+            x[c] /= row[i];
+        }
+        for (int32_t l = i + 1; l < n; l++) {
+            double *below = b + (size_t)l * (size_t)columns;
+            for (int32_t c = 0; c < columns; c++) {
+                below[c] -= row[l] * x[c];
+            }
+        }
+    }
+    for (int32_t i = n - 1; i >= 0; i--) {
+        const double *row = G + (size_t)i * (size_t)n;
+        double *x = b + (size_t)i * (size_t)columns;
+        for (int32_t l = i + 1; l < n; l++) {
+            const double *below = b + (size_t)l * (size_t)columns;
+            for (int32_t c = 0; c < columns; c++) {
+                x[c] -= row[l] * below[c];
+            }
+        }
+        for (int32_t c = 0; c < columns; c++) {
+            x[c] /= row[i];
+        }
+    }
+}

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Dense linear algebra; with dense.c the only place that knows BLAS and LAPACK. All matrices are
+ * row-major. */
+#ifndef TUG_DENSE_H
+#define TUG_DENSE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* One BLAS thread: parallelism is over frames and handles, in our code. */
+void use_one_blas_thread(void);
+
+/* C += alpha A B; C m by n, A m by l, B l by n, rows lda, ldb, ldc apart. */
+void add_product(int32_t m, int32_t n, int32_t l, double alpha, const double *A, int32_t lda,
+                 const double *B, int32_t ldb, double *C, int32_t ldc);
+
+/* C += alpha A^T B; A l by m. */
+void add_product_tn(int32_t m, int32_t n, int32_t l, double alpha, const double *A, int32_t lda,
+                    const double *B, int32_t ldb, double *C, int32_t ldc);
+
+/* C += alpha A B^T; B n by l. */
+void add_product_nt(int32_t m, int32_t n, int32_t l, double alpha, const double *A, int32_t lda,
+                    const double *B, int32_t ldb, double *C, int32_t ldc);
+
+/* P^T A P = G^T G for the largest well-conditioned leading part. A, n by n and symmetric, is
+ * overwritten by the upper triangular G (n apart, its lower part unspecified); pivots[i] is the row
+ * of A that came i-th. Stops at the first pivot below `tolerance`. work: 2 n. Returns the rank. */
+int32_t pivoted_cholesky(double *A, int32_t n, double tolerance, int32_t *pivots, double *work);
+
+/* rows by r, in place: V <- V G^-1 with the upper triangular G, r by r, ldg apart. */
+void solve_right_upper(double *V, int32_t rows, int32_t ldv, const double *G, int32_t r,
+                       int32_t ldg);
+
+/* The same with G^-T. */
+void solve_right_upper_transposed(double *V, int32_t rows, int32_t ldv, const double *G, int32_t r,
+                                  int32_t ldg);
+
+/* A = G^T G in place, upper triangle. Returns 0 where A is not positive definite. */
+int cholesky_factor(double *A, int32_t n);
+
+/* b <- A^-1 b for `columns` columns (b n by columns), from cholesky_factor's G. */
+void cholesky_solve(const double *G, int32_t n, double *b, int32_t columns);
+
+double dot(const double *a, const double *b, size_t count);
+
+#endif

@@ -1,0 +1,209 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "rotation.h"
+
+#include <math.h>
+#include <string.h>
+
+void identity_matrix(int32_t k, double *I)
+{
+    for (int32_t i = 0; i < k * k; i++) {
+        I[i] = i % (k + 1) == 0 ? 1.0 : 0.0;
+    }
+}
+
+void multiply(int32_t k, const double *A, const double *B, double *C)
+{
+    for (int32_t i = 0; i < k; i++) {
+        for (int32_t j = 0; j < k; j++) {
+            double sum = 0.0;
+            for (int32_t l = 0; l < k; l++) {
+                sum += A[i * k + l] * B[l * k + j];
+            }
+            C[i * k + j] = sum;
+        }
+    }
+}
+
+void multiply_nt(int32_t k, const double *A, const double *B, double *C)
+{
+    for (int32_t i = 0; i < k; i++) {
+        for (int32_t j = 0; j < k; j++) {
+            double sum = 0.0;
+            for (int32_t l = 0; l < k; l++) {
+                sum += A[i * k + l] * B[j * k + l];
+            }
+            C[i * k + j] = sum;
+        }
+    }
+}
+
+void multiply_tn(int32_t k, const double *A, const double *B, double *C)
+{
+    for (int32_t i = 0; i < k; i++) {
+        for (int32_t j = 0; j < k; j++) {
+            double sum = 0.0;
+            for (int32_t l = 0; l < k; l++) {
+                sum += A[l * k + i] * B[l * k + j];
+            }
+            C[i * k + j] = sum;
+        }
+    }
+}
+
+double trace_of_product(int32_t k, const double *A, const double *B)
+{
+    double sum = 0.0;
+    for (int32_t i = 0; i < k; i++) {
+        for (int32_t j = 0; j < k; j++) {
+            sum += A[i * k + j] * B[j * k + i];
+        }
+    }
+    return sum;
+}
+
+void axial_vector(int32_t k, const double *M, double *a)
+{
+    if (k == 2) {
+        a[0] = M[1] - M[2];
+        return;
+    }
+    a[0] = M[5] - M[7];
+    a[1] = M[6] - M[2];
+    a[2] = M[1] - M[3];
+}
+
+static void quaternion_matrix(const double *q, double *R)
+{
+    double w = q[0], x = q[1], y = q[2], z = q[3];
+    R[0] = 1.0 - 2.0 * (y * y + z * z);
+    R[1] = 2.0 * (x * y - w * z);
+    R[2] = 2.0 * (x * z + w * y);
+    R[3] = 2.0 * (x * y + w * z);
+    R[4] = 1.0 - 2.0 * (x * x + z * z);
+    R[5] = 2.0 * (y * z - w * x);
+    R[6] = 2.0 * (x * z - w * y);
+    R[7] = 2.0 * (y * z + w * x);
+    R[8] = 1.0 - 2.0 * (x * x + y * y);
+}
+
+/* One Jacobi rotation that zeroes A[p][q] of a symmetric matrix; V collects the eigenvectors. */
+static void jacobi_rotate(double A[4][4], double V[4][4], int p, int q)
+{
+    if (A[p][q] == 0.0) {
+        return;
+    }
+    double theta = (A[q][q] - A[p][p]) / (2.0 * A[p][q]);
+    double t = (theta >= 0.0 ? 1.0 : -1.0) / (fabs(theta) + sqrt(theta * theta + 1.0));
+    double c = 1.0 / sqrt(t * t + 1.0), s = t * c;
+    for (int i = 0; i < 4; i++) {
+        double ip = A[i][p], iq = A[i][q];
+        A[i][p] = c * ip - s * iq;
+        A[i][q] = s * ip + c * iq;
+    }
+    for (int i = 0; i < 4; i++) {
+        double pi = A[p][i], qi = A[q][i];
+        A[p][i] = c * pi - s * qi;
+        A[q][i] = s * pi + c * qi;
+        double vp = V[i][p], vq = V[i][q];
+        V[i][p] = c * vp - s * vq;
+        V[i][q] = s * vp + c * vq;
+    }
+}
+
+/* The unit eigenvector of the largest eigenvalue of a symmetric 4 by 4 matrix, which is lost. */
+static void largest_eigenvector(double A[4][4], double *vector)
+{
+    double V[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
+    for (int sweep = 0; sweep < 12; sweep++) {
+        double off = 0.0, on = 0.0;
+        for (int p = 0; p < 4; p++) {
+            on += A[p][p] * A[p][p];
+            for (int q = p + 1; q < 4; q++) {
+                off += A[p][q] * A[p][q];
+            }
+        }
+        if (off <= 1e-34 * on) {
+            break;
+        }
+        for (int p = 0; p < 4; p++) {
+            for (int q = p + 1; q < 4; q++) {
+                jacobi_rotate(A, V, p, q);
+            }
+        }
+    }
+    int best = 0;
+    for (int i = 1; i < 4; i++) {
+        best = A[i][i] > A[best][best] ? i : best;
+    }
+    for (int i = 0; i < 4; i++) {
+        vector[i] = V[i][best];
+    }
+}
+
+/* tr(R M) is a quadratic form in the unit quaternion of R: its maximiser is an eigenvector (Horn
+ * 1987). Unlike the singular value decomposition it needs no repair for reflections. */
+static void closest_rotation_3d(const double *M, double *R)
+{
+    double xx = M[0], xy = M[1], xz = M[2];
+    double yx = M[3], yy = M[4], yz = M[5];
+    double zx = M[6], zy = M[7], zz = M[8];
+    double N[4][4] = {
+        {xx + yy + zz, yz - zy, zx - xz, xy - yx},
+        {yz - zy, xx - yy - zz, xy + yx, zx + xz},
+        {zx - xz, xy + yx, yy - xx - zz, yz + zy},
+        {xy - yx, zx + xz, yz + zy, zz - xx - yy},
+    };
+    double q[4];
+    largest_eigenvector(N, q);
+    quaternion_matrix(q, R);
+}
+
+void closest_rotation(int32_t k, const double *M, double *R)
+{
+    if (k == 3) {
+        closest_rotation_3d(M, R);
+        return;
+    }
+    /* tr(R M) = c (M00 + M11) + s (M01 - M10). */
+    double c = M[0] + M[3], s = M[1] - M[2];
+    double length = hypot(c, s);
+    c = length > 0.0 ? c / length : 1.0;
+    s = length > 0.0 ? s / length : 0.0;
+    R[0] = c;
+    R[1] = -s;
+    R[2] = s;
+    R[3] = c;
+}
+
+static void exponential(int32_t k, const double *w, double *E)
+{
+    if (k == 2) {
+        E[0] = E[3] = cos(w[0]);
+        E[2] = sin(w[0]);
+        E[1] = -E[2];
+        return;
+    }
+    double half = 0.5 * sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+    double scale = half > 1e-8 ? 0.5 * sin(half) / half : 0.5;
+    double q[4] = {cos(half), scale * w[0], scale * w[1], scale * w[2]};
+    quaternion_matrix(q, E);
+}
+
+void turn(int32_t k, const double *w, double *R)
+{
+    double E[9], product[9];
+    exponential(k, w, E);
+    multiply(k, E, R, product);
+    memcpy(R, product, (size_t)(k * k) * sizeof *R);
+}
+
+double angle_between(int32_t k, const double *A, const double *B)
+{
+    /* |A - B|^2 = 2 k - 2 tr(A B^T): exact for small angles, where the trace is not. */
+    double squares = 0.0;
+    for (int32_t i = 0; i < k * k; i++) {
+        squares += (A[i] - B[i]) * (A[i] - B[i]);
+    }
+    double sine = sqrt(squares / 8.0);
+    return 2.0 * asin(sine < 1.0 ? sine : 1.0);
+}
