@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The rigidity energy of one edge group as a quadratic form in the transforms: the constants of
+ * (A 13), (A 16) and (A 19), summed over the group's triangles. A triangle's three edges all belong
+ * to its group, each with half the cotangent of its opposite angle, so that every group's form is a
+ * Dirichlet energy: never negative, even where single cotangents are. */
+#ifndef TUG_ENERGY_H
+#define TUG_ENERGY_H
+
+#include "dictionary.h"
+#include "mesh.h"
+
+/* Row-major, b = dictionary_columns, p = #S k. */
+typedef struct group_energy {
+    double *L; /* b by b: D^T L_g D */
+    double *K; /* p by b: P^T L_g D, the K~ of (A 16) for all shapes */
+    double *H; /* p by p: P^T L_g P */
+} group_energy;
+
+/* Room to work in for the groups of one mesh, one after the other. */
+typedef struct energy_workspace energy_workspace;
+
+tug_status energy_workspace_create(const tug_mesh *mesh, const dictionary *D, const int32_t *groups,
+                                   int32_t group_count, energy_workspace **out);
+void energy_workspace_destroy(energy_workspace *workspace);
+
+/* Overwrite `energy` with the constants of one group. O(vertices of the group times b^2). */
+void find_group_energy(energy_workspace *workspace, int32_t group, group_energy *energy);
+
+/* middle[h]: the mean of weight function h over the area of the group, which is returned. */
+double find_group_weights(const energy_workspace *workspace, int32_t group, double *middle);
+
+#endif
