@@ -1,0 +1,405 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The public calls: argument checks, and nothing else. The only code that meets a caller's pointer.
+ */
+#include "groups.h"
+#include "solver.h"
+#include "spread.h"
+#include "weights/bounded_biharmonic.h"
+
+#include <math.h>
+
+#define REQUIRE(condition, ...)                                                                    \
+    do {                                                                                           \
+        if (!(condition)) {                                                                        \
+            return fail(TUG_ERROR_ARGUMENT, __VA_ARGS__);                                          \
+        }                                                                                          \
+    } while (0)
+
+#define REQUIRE_POINTER(call, pointer) REQUIRE((pointer) != NULL, call ": " #pointer " is NULL")
+
+#define REQUIRE_SIZE(call, thing)                                                                  \
+    REQUIRE((thing)->struct_size == sizeof *(thing),                                               \
+            call ": struct_size of " #thing " is %zu, this library's is %zu",                      \
+            (thing)->struct_size, sizeof *(thing))
+
+#define REQUIRE_INFO(call, info)                                                                   \
+    do {                                                                                           \
+        if ((info) != NULL) {                                                                      \
+            REQUIRE_SIZE(call, info);                                                              \
+        }                                                                                          \
+    } while (0)
+
+static progress_range whole_range(tug_progress callback, void *user)
+{
+    return (progress_range){callback, user, 0.0, 1.0};
+}
+
+/* The first of `count` values that is not finite, or -1. */
+static ptrdiff_t find_not_finite(const double *values, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        if (!isfinite(values[i])) {
+            return (ptrdiff_t)i;
+        }
+    }
+    return -1;
+}
+
+int32_t tug_abi(void)
+{
+    return TUG_ABI;
+}
+
+const char *tug_version(void)
+{
+    return TUG_VERSION;
+}
+
+tug_status tug_create_mesh(const double *vertices, int32_t vertex_count, int32_t dimension,
+                           const int32_t *triangles, int32_t triangle_count, tug_mesh **out)
+{
+    REQUIRE_POINTER("tug_create_mesh", out);
+    *out = NULL;
+    REQUIRE_POINTER("tug_create_mesh", vertices);
+    REQUIRE_POINTER("tug_create_mesh", triangles);
+    REQUIRE(vertex_count > 0, "tug_create_mesh: the mesh has no vertices");
+    REQUIRE(triangle_count > 0, "tug_create_mesh: the mesh has no faces");
+    REQUIRE(triangle_count <= INT32_MAX / 3, "tug_create_mesh: %d triangles are too many",
+            triangle_count);
+    REQUIRE(dimension == 2 || dimension == 3, "tug_create_mesh: the dimension is %d, not 2 or 3",
+            dimension);
+    for (int32_t i = 0; i < 3 * triangle_count; i++) {
+        REQUIRE(triangles[i] >= 0 && triangles[i] < vertex_count,
+                "tug_create_mesh: triangle %d names vertex %d of %d", i / 3, triangles[i],
+                vertex_count);
+    }
+    return mesh_create(vertices, vertex_count, dimension, triangles, triangle_count, out);
+}
+
+void tug_destroy_mesh(tug_mesh *mesh)
+{
+    mesh_destroy(mesh);
+}
+
+tug_status tug_check_mesh(const tug_mesh *mesh, char *text, size_t capacity, int32_t *errors,
+                          int32_t *warnings)
+{
+    REQUIRE_POINTER("tug_check_mesh", mesh);
+    REQUIRE_POINTER("tug_check_mesh", text);
+    REQUIRE_POINTER("tug_check_mesh", errors);
+    REQUIRE_POINTER("tug_check_mesh", warnings);
+    REQUIRE(capacity > 0, "tug_check_mesh: the text has no room");
+    return mesh_describe(mesh, text, capacity, errors, warnings);
+}
+
+tug_status tug_find_components(const tug_mesh *mesh, int32_t *component, int32_t *count)
+{
+    REQUIRE_POINTER("tug_find_components", mesh);
+    REQUIRE_POINTER("tug_find_components", component);
+    REQUIRE_POINTER("tug_find_components", count);
+    for (int32_t v = 0; v < mesh->vertex_count; v++) {
+        component[v] = mesh->component[v];
+    }
+    *count = mesh->component_count;
+    return TUG_OK;
+}
+
+tug_status tug_spread_vertices(const tug_mesh *mesh, int32_t first, int32_t count,
+                               int32_t *vertices)
+{
+    REQUIRE_POINTER("tug_spread_vertices", mesh);
+    REQUIRE_POINTER("tug_spread_vertices", vertices);
+    REQUIRE(count > 0 && count <= mesh->vertex_count,
+            "tug_spread_vertices: %d of %d vertices are wanted", count, mesh->vertex_count);
+    REQUIRE(first >= 0 && first < mesh->vertex_count, "tug_spread_vertices: there is no vertex %d",
+            first);
+    return spread_vertices(mesh, first, count, vertices);
+}
+
+void tug_default_weights_options(tug_weights_options *options)
+{
+    *options = (tug_weights_options){
+        .struct_size = sizeof *options, .tolerance = 1e-6, .max_iterations = 200};
+}
+
+tug_status tug_compute_weights(const tug_mesh *mesh, const int32_t *handle_starts,
+                               const int32_t *handle_vertices, int32_t handle_count,
+                               const tug_weights_options *options, tug_progress progress,
+                               void *user, double *weights, tug_weights_info *info)
+{
+    REQUIRE_POINTER("tug_compute_weights", mesh);
+    REQUIRE_POINTER("tug_compute_weights", handle_starts);
+    REQUIRE_POINTER("tug_compute_weights", handle_vertices);
+    REQUIRE_POINTER("tug_compute_weights", options);
+    REQUIRE_POINTER("tug_compute_weights", weights);
+    REQUIRE_SIZE("tug_compute_weights", options);
+    REQUIRE_INFO("tug_compute_weights", info);
+    REQUIRE(handle_count > 0, "tug_compute_weights: there are no handles");
+    REQUIRE(options->tolerance > 0.0, "tug_compute_weights: the tolerance must be above zero");
+    REQUIRE(options->max_iterations > 0 && options->threads >= 0,
+            "tug_compute_weights: iterations and threads cannot be negative");
+    REQUIRE(handle_starts[0] == 0, "tug_compute_weights: handle_starts begins with %d, not 0",
+            handle_starts[0]);
+    for (int32_t h = 0; h < handle_count; h++) {
+        REQUIRE(handle_starts[h + 1] > handle_starts[h],
+                "tug_compute_weights: handle %d has no vertices", h);
+        for (int32_t i = handle_starts[h]; i < handle_starts[h + 1]; i++) {
+            REQUIRE(handle_vertices[i] >= 0 && handle_vertices[i] < mesh->vertex_count,
+                    "tug_compute_weights: handle %d names vertex %d of %d", h, handle_vertices[i],
+                    mesh->vertex_count);
+        }
+    }
+    progress_range range = whole_range(progress, user);
+    return bounded_biharmonic_weights(mesh, handle_starts, handle_vertices, handle_count, options,
+                                      &range, weights, info);
+}
+
+tug_status tug_cluster_triangles(const tug_mesh *mesh, const double *weights, int32_t weight_count,
+                                 int32_t wanted, tug_progress progress, void *user, int32_t *groups,
+                                 int32_t *group_count)
+{
+    REQUIRE_POINTER("tug_cluster_triangles", mesh);
+    REQUIRE_POINTER("tug_cluster_triangles", weights);
+    REQUIRE_POINTER("tug_cluster_triangles", groups);
+    REQUIRE_POINTER("tug_cluster_triangles", group_count);
+    REQUIRE(weight_count > 0, "tug_cluster_triangles: there are no weight functions");
+    REQUIRE(wanted > 0, "tug_cluster_triangles: %d groups are wanted", wanted);
+    ptrdiff_t bad = find_not_finite(weights, (size_t)mesh->vertex_count * (size_t)weight_count);
+    REQUIRE(bad < 0, "tug_cluster_triangles: a weight of vertex %td is not finite",
+            bad / weight_count);
+    progress_range range = whole_range(progress, user);
+    return cluster_triangles(mesh, weights, weight_count, wanted, &range, groups, group_count);
+}
+
+static tug_status check_rows(const tug_rows *rows, int32_t vertex_count)
+{
+    REQUIRE_POINTER("tug_create_model", rows->starts);
+    REQUIRE_POINTER("tug_create_model", rows->vertices);
+    REQUIRE_POINTER("tug_create_model", rows->values);
+    REQUIRE(rows->count > 0, "tug_create_model: there are no constraint rows");
+    REQUIRE(rows->starts[0] == 0, "tug_create_model: the rows' starts begin with %d, not 0",
+            rows->starts[0]);
+    for (int32_t r = 0; r < rows->count; r++) {
+        REQUIRE(rows->starts[r + 1] > rows->starts[r], "tug_create_model: row %d is empty", r);
+        for (int32_t i = rows->starts[r]; i < rows->starts[r + 1]; i++) {
+            REQUIRE(rows->vertices[i] >= 0 && rows->vertices[i] < vertex_count,
+                    "tug_create_model: row %d names vertex %d of %d", r, rows->vertices[i],
+                    vertex_count);
+            REQUIRE(isfinite(rows->values[i]),
+                    "tug_create_model: row %d has a value that is not "
+                    "finite",
+                    r);
+        }
+    }
+    return TUG_OK;
+}
+
+static tug_status check_groups(const int32_t *groups, int32_t triangle_count, int32_t group_count)
+{
+    int32_t next = 0; /* groups are checked one by one: every number has to be used */
+    for (int32_t g = 0; g < group_count; g++, next = 0) {
+        while (next < triangle_count && groups[next] != g) {
+            next++;
+        }
+        REQUIRE(next < triangle_count, "tug_create_model: no triangle is in group %d of %d", g,
+                group_count);
+    }
+    for (int32_t t = 0; t < triangle_count; t++) {
+        REQUIRE(groups[t] >= 0 && groups[t] < group_count,
+                "tug_create_model: triangle %d is in group %d of %d", t, groups[t], group_count);
+    }
+    return TUG_OK;
+}
+
+static tug_status check_values(const tug_mesh *mesh, const double *shapes, int32_t shape_count,
+                               const double *weights, int32_t weight_count)
+{
+    size_t n = (size_t)mesh->vertex_count, k = (size_t)mesh->dimension;
+    ptrdiff_t bad = find_not_finite(shapes, (size_t)shape_count * n * k);
+    REQUIRE(bad < 0,
+            "tug_create_model: vertex %zu of shape %zu has a coordinate that is not finite",
+            (size_t)bad / k % n, (size_t)bad / k / n);
+    bad = find_not_finite(weights, n * (size_t)weight_count);
+    REQUIRE(bad < 0, "tug_create_model: a weight of vertex %td is not finite", bad / weight_count);
+    return TUG_OK;
+}
+
+tug_status tug_create_model(const tug_mesh *mesh, const double *shapes, int32_t shape_count,
+                            const double *weights, int32_t weight_count, const tug_rows *rows,
+                            const int32_t *groups, int32_t group_count, tug_progress progress,
+                            void *user, tug_model **out)
+{
+    REQUIRE_POINTER("tug_create_model", out);
+    *out = NULL;
+    REQUIRE_POINTER("tug_create_model", mesh);
+    REQUIRE_POINTER("tug_create_model", shapes);
+    REQUIRE_POINTER("tug_create_model", weights);
+    REQUIRE_POINTER("tug_create_model", rows);
+    REQUIRE_POINTER("tug_create_model", groups);
+    REQUIRE(shape_count > 0, "tug_create_model: there are no shapes");
+    REQUIRE(weight_count > 0, "tug_create_model: there are no weight functions");
+    REQUIRE(group_count > 0, "tug_create_model: there are no edge groups");
+    tug_status status = check_rows(rows, mesh->vertex_count);
+    if (status == TUG_OK) {
+        status = check_groups(groups, mesh->triangle_count, group_count);
+    }
+    if (status == TUG_OK) {
+        status = check_values(mesh, shapes, shape_count, weights, weight_count);
+    }
+    if (status != TUG_OK) {
+        return status;
+    }
+    progress_range range = whole_range(progress, user);
+    return model_create(mesh, shapes, shape_count, weights, weight_count, rows, groups, group_count,
+                        &range, out);
+}
+
+void tug_destroy_model(tug_model *model)
+{
+    model_destroy(model);
+}
+
+tug_status tug_get_model_sizes(const tug_model *model, tug_model_sizes *sizes)
+{
+    REQUIRE_POINTER("tug_get_model_sizes", model);
+    REQUIRE_POINTER("tug_get_model_sizes", sizes);
+    REQUIRE_SIZE("tug_get_model_sizes", sizes);
+    const model_header *header = &model->header;
+    *sizes = (tug_model_sizes){
+        .struct_size = sizeof *sizes,
+        .vertices = header->vertices,
+        .dimension = header->dimension,
+        .shapes = header->shapes,
+        .weights = header->weights,
+        .rows = header->rows,
+        .groups = header->groups,
+        .unknowns = model->energy.unknowns,
+        .rank = header->rank,
+    };
+    return TUG_OK;
+}
+
+size_t tug_model_blob_size(const tug_model *model)
+{
+    return model != NULL ? model_blob_size(model) : 0;
+}
+
+tug_status tug_save_model(const tug_model *model, void *blob, size_t size)
+{
+    REQUIRE_POINTER("tug_save_model", model);
+    REQUIRE_POINTER("tug_save_model", blob);
+    return model_save(model, blob, size);
+}
+
+tug_status tug_load_model(const void *blob, size_t size, tug_model **out)
+{
+    REQUIRE_POINTER("tug_load_model", out);
+    *out = NULL;
+    REQUIRE_POINTER("tug_load_model", blob);
+    return model_load(blob, size, out);
+}
+
+void tug_default_solver_options(tug_solver_options *options)
+{
+    *options = (tug_solver_options){
+        .struct_size = sizeof *options,
+        .form = TUG_FORM_STEADY,
+        .max_rounds = 200,
+        .lambda = 0.5,
+        .prior = 0.1,
+        .tolerance = 1e-6,
+    };
+}
+
+tug_status tug_create_solver(const tug_model *model, const tug_solver_options *options,
+                             tug_solver **out)
+{
+    REQUIRE_POINTER("tug_create_solver", out);
+    *out = NULL;
+    REQUIRE_POINTER("tug_create_solver", model);
+    REQUIRE_POINTER("tug_create_solver", options);
+    REQUIRE_SIZE("tug_create_solver", options);
+    REQUIRE(options->form >= TUG_FORM_STEADY && options->form <= TUG_FORM_NO_ROTATIONS,
+            "tug_create_solver: there is no form %d", options->form);
+    REQUIRE(options->lambda >= 0.0 && isfinite(options->lambda),
+            "tug_create_solver: lambda is %g: it cannot be negative", options->lambda);
+    REQUIRE(options->prior >= 0.0 && isfinite(options->prior),
+            "tug_create_solver: the prior is %g: it cannot be negative", options->prior);
+    REQUIRE(options->tolerance > 0.0, "tug_create_solver: the tolerance must be above zero");
+    REQUIRE(options->max_rounds > 0, "tug_create_solver: max_rounds must be above zero");
+    return solver_create(model, options, out);
+}
+
+void tug_destroy_solver(tug_solver *solver)
+{
+    solver_destroy(solver);
+}
+
+tug_status tug_solve(tug_solver *solver, const double *targets, tug_solve_info *info)
+{
+    REQUIRE_POINTER("tug_solve", solver);
+    REQUIRE_POINTER("tug_solve", targets);
+    REQUIRE_INFO("tug_solve", info);
+    int32_t k = solver->model->header.dimension;
+    ptrdiff_t bad = find_not_finite(targets, (size_t)solver->model->header.rows * (size_t)k);
+    REQUIRE(bad < 0, "tug_solve: the target of row %td is not finite", bad / k);
+    tug_solve_info own = {.struct_size = sizeof own};
+    solver_solve(solver, targets, info != NULL ? info : &own);
+    return TUG_OK;
+}
+
+#define REQUIRE_SOLVED(call)                                                                       \
+    do {                                                                                           \
+        REQUIRE_POINTER(call, solver);                                                             \
+        REQUIRE(solver->solved, call ": nothing has been solved yet");                             \
+    } while (0)
+
+tug_status tug_get_positions(const tug_solver *solver, double *positions)
+{
+    REQUIRE_SOLVED("tug_get_positions");
+    REQUIRE_POINTER("tug_get_positions", positions);
+    find_positions(solver, positions);
+    return TUG_OK;
+}
+
+tug_status tug_get_blend(const tug_solver *solver, double *blend)
+{
+    REQUIRE_SOLVED("tug_get_blend");
+    REQUIRE_POINTER("tug_get_blend", blend);
+    copy_blend(solver, blend);
+    return TUG_OK;
+}
+
+tug_status tug_get_costs(const tug_solver *solver, double *costs)
+{
+    REQUIRE_SOLVED("tug_get_costs");
+    REQUIRE_POINTER("tug_get_costs", costs);
+    copy_costs(solver, costs);
+    return TUG_OK;
+}
+
+tug_status tug_get_rotations(const tug_solver *solver, double *rotations)
+{
+    REQUIRE_SOLVED("tug_get_rotations");
+    REQUIRE_POINTER("tug_get_rotations", rotations);
+    copy_rotations(solver, rotations);
+    return TUG_OK;
+}
+
+tug_status tug_minimise_blend(int32_t group_count, int32_t shape_count, const double *Q,
+                              const double *c, double r, const double *d, double lambda,
+                              int32_t squared, double *blend, tug_blend_info *info)
+{
+    REQUIRE_POINTER("tug_minimise_blend", Q);
+    REQUIRE_POINTER("tug_minimise_blend", c);
+    REQUIRE_POINTER("tug_minimise_blend", d);
+    REQUIRE_POINTER("tug_minimise_blend", blend);
+    REQUIRE_INFO("tug_minimise_blend", info);
+    REQUIRE(group_count > 0 && shape_count > 0, "tug_minimise_blend: there is nothing to blend");
+    REQUIRE(lambda >= 0.0, "tug_minimise_blend: lambda is %g: it cannot be negative", lambda);
+    size_t n = (size_t)group_count * (size_t)shape_count;
+    REQUIRE(find_not_finite(Q, n * n) < 0 && find_not_finite(c, n) < 0 && isfinite(r) &&
+                find_not_finite(d, n) < 0,
+            "tug_minimise_blend: a coefficient is not finite");
+    return minimise_blend_alone(group_count, shape_count, Q, c, r, d, lambda, squared, blend, info);
+}

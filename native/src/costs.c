@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "costs.h"
+
+#include "dense.h"
+#include "memory.h"
+#include "rotation.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { MAX_STEPS = 100 };
+
+static const double TOLERANCE = 1e-7; /* radians; Newton's error after such a step is its square */
+
+int costs_create(const tug_model *model, shape_costs *c)
+{
+    size_t k = (size_t)model->header.dimension, S = (size_t)model->header.shapes;
+    size_t G = (size_t)model->header.groups, b = (size_t)model->header.weights * (1 + k);
+    c->D = allocate(G * S, sizeof *c->D);
+    c->rotations = allocate(G * S * k * k, sizeof *c->rotations);
+    c->R = allocate(G * k * k, sizeof *c->R);
+    c->L = allocate(G * k * k, sizeof *c->L);
+    c->V = allocate(G * k * k, sizeof *c->V);
+    c->T = allocate(b * k, sizeof *c->T);
+    int room = rotation_workspace_create((int32_t)G, (int32_t)k, &c->workspace);
+    return room && c->D && c->rotations && c->R && c->L && c->V && c->T;
+}
+
+void costs_destroy(shape_costs *c)
+{
+    release(c->D);
+    release(c->rotations);
+    release(c->R);
+    release(c->L);
+    release(c->V);
+    release(c->T);
+    rotation_workspace_destroy(&c->workspace);
+}
+
+/* The rotation that best carries the handles of a shape, seen from one group, to Y. */
+static void fit_handles(const tug_model *model, const shape_model *shape, const double *Y,
+                        int32_t g, const double *Q, double *R)
+{
+    int32_t k = model->header.dimension, h = model->header.rows;
+    const double *near = model->nearness + g * h;
+    double from[3] = {0}, to[3] = {0}, M[9] = {0}, turned[9], total = 0.0, size = 0.0;
+    for (int32_t r = 0; r < h; r++) {
+        total += near[r];
+        for (int32_t a = 0; a < k; a++) {
+            from[a] += near[r] * shape->rows[r * k + a];
+            to[a] += near[r] * Y[r * k + a];
+        }
+    }
+    for (int32_t r = 0; r < h; r++) {
+        for (int32_t i = 0; i < k * k; i++) {
+            double x = shape->rows[r * k + i / k] - from[i / k] / total;
+            M[i] += near[r] * x * (Y[r * k + i % k] - to[i % k] / total);
+        }
+    }
+    for (int32_t i = 0; i < k * k; i++) {
+        size += fabs(M[i]);
+    }
+    /* Two handles leave the turn about their line open: the least one is taken. */
+    for (int32_t a = 0; a < k; a++) {
+        M[a * k + a] += 1e-6 * size;
+    }
+    multiply(k, Q, M, turned);
+    closest_rotation(k, turned, R);
+}
+
+/* tr(T^T L T) of one group. */
+static double quadratic_part(const double *L, int32_t b, int32_t k, const double *T)
+{
+    double sum = 0.0;
+    for (int32_t i = 0; i < b; i++) {
+        double row[3] = {0.0, 0.0, 0.0};
+        for (int32_t j = 0; j < b; j++) {
+            for (int32_t a = 0; a < k; a++) {
+                row[a] += L[(size_t)i * (size_t)b + (size_t)j] * T[j * k + a];
+            }
+        }
+        for (int32_t a = 0; a < k; a++) {
+            sum += T[i * k + a] * row[a];
+        }
+    }
+    return sum;
+}
+
+/* E_g of (A 7), twice the group's part of the energy, for every group of one shape. */
+static void find_group_costs(const tug_model *model, int32_t s, const double *Y, shape_costs *c)
+{
+    int32_t k = model->header.dimension, kk = k * k, S = model->header.shapes;
+    const shape_model *shape = model->shape + s;
+    int32_t p = S * k, b = shape->energy.unknowns;
+    rotation_energy energy = {model->header.groups, k, shape->energy.C, c->L};
+    for (int32_t i = 0; i < shape->energy.turned * k; i++) {
+        c->V[i] = c->R[(i / kk) * kk + (i % k) * k + i / k % k];
+    }
+    recover_transforms(&shape->energy, c->V, Y, k, c->T);
+    evaluate_rotations(&energy, c->R, &c->workspace);
+    for (int32_t g = 0; g < model->header.groups; g++) {
+        const double *R = c->R + g * kk;
+        double H[9], KT[9], trace = 0.0;
+        for (int32_t i = 0; i < kk; i++) {
+            H[i] = model->H[(size_t)(g * p + s * k + i / k) * (size_t)p + (size_t)(s * k + i % k)];
+        }
+        multiply_nt(k, H, R, KT);
+        for (int32_t i = 0; i < kk; i++) {
+            KT[i] += c->L[g * kk + i] - c->workspace.CR[g * kk + i];
+            trace += i % (k + 1) == 0 ? H[i] : 0.0;
+        }
+        double squares = quadratic_part(shape->L + (size_t)g * (size_t)b * (size_t)b, b, k, c->T);
+        c->D[g * S + s] = fmax(squares - 2.0 * trace_of_product(k, R, KT) + trace, 0.0);
+    }
+}
+
+static void start_rotations(const tug_model *model, int32_t s, const double *Y, int turning,
+                            double *R)
+{
+    int32_t k = model->header.dimension, kk = k * k, S = model->header.shapes;
+    for (int32_t g = 0; g < model->header.groups; g++) {
+        const double *Q = model->align + (g * S + s) * kk;
+        if (turning) {
+            fit_handles(model, model->shape + s, Y, g, Q, R + g * kk);
+        } else {
+            for (int32_t i = 0; i < kk; i++) {
+                R[g * kk + i] = Q[(i % k) * k + i / k];
+            }
+        }
+    }
+}
+
+void find_costs(const tug_model *model, const double *Y, int turning, shape_costs *c)
+{
+    int32_t k = model->header.dimension, kk = k * k;
+    int32_t S = model->header.shapes, G = model->header.groups;
+    c->converged = 1;
+    c->steps = 0;
+    for (int32_t s = 0; s < S; s++) {
+        const reduction *reduced = &model->shape[s].energy;
+        rotation_energy energy = {G, k, reduced->C, c->L};
+        find_pull(reduced, Y, k, c->L);
+        start_rotations(model, s, Y, turning, c->R);
+        if (turning) {
+            int converged;
+            int32_t steps =
+                fit_rotations(&energy, TOLERANCE, MAX_STEPS, &c->workspace, c->R, &converged);
+            c->converged &= converged;
+            c->steps = steps > c->steps ? steps : c->steps;
+        }
+        find_group_costs(model, s, Y, c);
+        for (int32_t g = 0; g < G; g++) {
+            memcpy(c->rotations + (g * S + s) * kk, c->R + g * kk, (size_t)kk * sizeof *c->R);
+        }
+    }
+}

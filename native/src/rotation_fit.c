@@ -1,0 +1,216 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "rotation_fit.h"
+
+#include "dense.h"
+#include "memory.h"
+#include "rotation.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A Newton step beyond this is cut: the quadratic model of a rotation ends there. */
+static const double LONGEST_TURN = 0.8;
+
+int rotation_workspace_create(int32_t groups, int32_t k, rotation_workspace *w)
+{
+    size_t G = (size_t)groups, size = G * (size_t)tangent_size(k), kk = (size_t)(k * k);
+    w->CR = allocate(G * kk, sizeof *w->CR);
+    w->gradient = allocate(size, sizeof *w->gradient);
+    w->hessian = allocate(size * size, sizeof *w->hessian);
+    w->factor = allocate(size * size, sizeof *w->factor);
+    w->step = allocate(size, sizeof *w->step);
+    w->trial = allocate(G * kk, sizeof *w->trial);
+    return w->CR && w->gradient && w->hessian && w->factor && w->step && w->trial;
+}
+
+void rotation_workspace_destroy(rotation_workspace *w)
+{
+    release(w->CR);
+    release(w->gradient);
+    release(w->hessian);
+    release(w->factor);
+    release(w->step);
+    release(w->trial);
+}
+
+/* CR_g = sum_h C_gh R_h^T */
+static void multiply_stacked(const rotation_energy *energy, const double *R, double *CR)
+{
+    int32_t k = energy->k, size = energy->groups * k;
+    for (int32_t i = 0; i < size; i++) {
+        const double *row = energy->C + (size_t)i * (size_t)size;
+        double sum[3] = {0.0, 0.0, 0.0};
+        for (int32_t j = 0; j < size; j++) {
+            const double *transposed = R + (size_t)((j / k) * k * k + j % k);
+            for (int32_t a = 0; a < k; a++) {
+                sum[a] += row[j] * transposed[a * k];
+            }
+        }
+        memcpy(CR + (size_t)(i * k), sum, (size_t)k * sizeof *CR);
+    }
+}
+
+double evaluate_rotations(const rotation_energy *energy, const double *R, rotation_workspace *w)
+{
+    int32_t k = energy->k, kk = k * k;
+    multiply_stacked(energy, R, w->CR);
+    double sum = 0.0;
+    for (int32_t g = 0; g < energy->groups; g++) {
+        sum += 0.5 * trace_of_product(k, R + g * kk, w->CR + g * kk) -
+               trace_of_product(k, R + g * kk, energy->L + g * kk);
+    }
+    return sum;
+}
+
+/* The second derivative in w_g and w_h of tr(exp(W_g) M exp(W_h)^T) is tr(M) - M^T. */
+static void add_coupling(int32_t k, const double *M, double *hessian, size_t size)
+{
+    if (k == 2) {
+        hessian[0] += M[0] + M[3];
+        return;
+    }
+    double trace = M[0] + M[4] + M[8];
+    for (size_t i = 0; i < 3; i++) {
+        for (size_t j = 0; j < 3; j++) {
+            hessian[i * size + j] += (i == j ? trace : 0.0) - M[j * 3 + i];
+        }
+    }
+}
+
+/* And the one in w_g of -tr(exp(W_g) A) is tr(A) minus the symmetric part of A. */
+static void add_own(int32_t k, const double *A, double *hessian, size_t size)
+{
+    if (k == 2) {
+        hessian[0] += A[0] + A[3];
+        return;
+    }
+    double trace = A[0] + A[4] + A[8];
+    for (size_t i = 0; i < 3; i++) {
+        for (size_t j = 0; j < 3; j++) {
+            hessian[i * size + j] += (i == j ? trace : 0.0) - 0.5 * (A[i * 3 + j] + A[j * 3 + i]);
+        }
+    }
+}
+
+/* R_g C_gh R_h^T */
+static void turned_block(const rotation_energy *energy, const double *R, int32_t g, int32_t h,
+                         double *M)
+{
+    int32_t k = energy->k, kk = k * k;
+    size_t row = (size_t)(energy->groups * k);
+    double block[9], half[9];
+    for (int32_t i = 0; i < kk; i++) {
+        block[i] = energy->C[(size_t)(g * k + i / k) * row + (size_t)(h * k + i % k)];
+    }
+    multiply(k, R + g * kk, block, half);
+    multiply_nt(k, half, R + h * kk, M);
+}
+
+void differentiate_rotations(const rotation_energy *energy, const double *R, rotation_workspace *w)
+{
+    int32_t k = energy->k, kk = k * k, t = tangent_size(k);
+    size_t size = (size_t)(energy->groups * t);
+    multiply_stacked(energy, R, w->CR);
+    memset(w->hessian, 0, size * size * sizeof *w->hessian);
+    for (int32_t g = 0; g < energy->groups; g++) {
+        double pull[9], A[9], own[9];
+        for (int32_t i = 0; i < kk; i++) {
+            pull[i] = energy->L[g * kk + i] - w->CR[g * kk + i];
+        }
+        multiply(k, R + g * kk, pull, A);
+        axial_vector(k, A, w->gradient + g * t);
+        for (int32_t i = 0; i < t; i++) {
+            w->gradient[g * t + i] *= -1.0;
+        }
+        for (int32_t h = 0; h < energy->groups; h++) {
+            turned_block(energy, R, g, h, own);
+            size_t place = (size_t)(g * t) * size + (size_t)(h * t);
+            if (h != g) {
+                add_coupling(k, own, w->hessian + place, size);
+                continue;
+            }
+            /* A group's coupling with itself, tr(R C R^T), does not depend on R. */
+            for (int32_t i = 0; i < kk; i++) {
+                A[i] += own[i];
+            }
+            add_own(k, A, w->hessian + place, size);
+        }
+    }
+}
+
+void find_newton_step(int32_t size, rotation_workspace *w)
+{
+    double mean = 0.0;
+    for (int32_t i = 0; i < size; i++) {
+        mean += fabs(w->hessian[(size_t)i * (size_t)size + (size_t)i]) / size;
+    }
+    double shift = 1e-10 * mean;
+    for (int attempt = 0; attempt < 40; attempt++) {
+        memcpy(w->factor, w->hessian, (size_t)size * (size_t)size * sizeof *w->factor);
+        for (int32_t i = 0; i < size; i++) {
+            w->factor[(size_t)i * (size_t)size + (size_t)i] += shift;
+        }
+        if (cholesky_factor(w->factor, size)) {
+            break;
+        }
+        shift = fmax(4.0 * shift, 1e-3 * mean);
+    }
+    for (int32_t i = 0; i < size; i++) {
+        w->step[i] = -w->gradient[i];
+    }
+    cholesky_solve(w->factor, size, w->step, 1);
+}
+
+double turn_all(const rotation_energy *energy, const double *R, double t, rotation_workspace *w)
+{
+    int32_t k = energy->k, kk = k * k, size = tangent_size(k);
+    double largest = 0.0;
+    memcpy(w->trial, R, (size_t)(energy->groups * kk) * sizeof *R);
+    for (int32_t g = 0; g < energy->groups; g++) {
+        double turning[3], squares = 0.0;
+        for (int32_t i = 0; i < size; i++) {
+            turning[i] = t * w->step[g * size + i];
+            squares += turning[i] * turning[i];
+        }
+        largest = fmax(largest, sqrt(squares));
+        turn(k, turning, w->trial + g * kk);
+    }
+    return largest;
+}
+
+/* One step downhill. Returns the angle of the full step, or 0 where rounding leaves none. */
+static double descend(const rotation_energy *energy, rotation_workspace *w, double *R)
+{
+    int32_t size = energy->groups * tangent_size(energy->k);
+    size_t bytes = (size_t)(energy->groups * energy->k * energy->k) * sizeof *R;
+    double before = evaluate_rotations(energy, R, w);
+    differentiate_rotations(energy, R, w);
+    find_newton_step(size, w);
+    double slope = dot(w->gradient, w->step, (size_t)size);
+    double full = turn_all(energy, R, 1.0, w);
+    double t = full > LONGEST_TURN ? LONGEST_TURN / full : 1.0;
+    for (int halvings = 0; halvings < 40; halvings++, t *= 0.5) {
+        turn_all(energy, R, t, w);
+        double after = evaluate_rotations(energy, w->trial, w);
+        /* Near the optimum the decrease drowns in the rounding of f: a small step is taken there
+         * because the quadratic model says so. */
+        if (after <= before + 1e-4 * t * slope || full < 1e-6) {
+            memcpy(R, w->trial, bytes);
+            return full;
+        }
+    }
+    return 0.0;
+}
+
+int32_t fit_rotations(const rotation_energy *energy, double tolerance, int32_t max_steps,
+                      rotation_workspace *workspace, double *R, int *converged)
+{
+    *converged = 0;
+    int32_t steps = 0;
+    while (steps < max_steps && !*converged) {
+        double turned = descend(energy, workspace, R);
+        steps++;
+        *converged = turned <= tolerance;
+    }
+    return steps;
+}

@@ -1,0 +1,252 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The steady form (docs/algorithm.md): one rotation R_g per group and a prior on it,
+ *
+ *     f(R, B) = sqrt(E_d(R, B) + eps/2 sum_g w_g |R_g - R^_g|^2) + lambda d^T B,
+ *
+ * with the transforms eliminated. The blend is eliminated too: phi(R) = min over B of f is
+ * minimised by Newton's method, downhill in every step. Second derivatives of phi are those of E_d
+ * in R, less what the blend gives way on its face of the simplices. */
+#include "solver.h"
+
+#include "contraction.h"
+#include "dense.h"
+#include "rotation.h"
+
+#include <math.h>
+#include <string.h>
+
+static size_t rotation_bytes(const tug_solver *solver)
+{
+    int32_t k = solver->model->header.dimension;
+    return (size_t)(solver->model->header.groups * k * k) * sizeof(double);
+}
+
+/* R^_g: the mean of the single-shape optima, each weighted by 1 / cost^4 relative to the group's
+ * least. Exact where the handles sit on an example, and a smooth function of the handles. */
+static void find_prior(tug_solver *solver)
+{
+    int32_t k = solver->model->header.dimension, kk = k * k;
+    int32_t G = solver->model->header.groups, S = solver->model->header.shapes;
+    for (int32_t g = 0; g < G; g++) {
+        const double *D = solver->costs.D + g * S;
+        double least = INFINITY, mean[9] = {0.0};
+        for (int32_t s = 0; s < S; s++) {
+            least = fmin(least, D[s]);
+        }
+        double floor = 1e-12 * solver->model->stiffness[g] + 1e-300;
+        for (int32_t s = 0; s < S; s++) {
+            double ratio = (least + floor) / (D[s] + floor); /* D is the square of the cost */
+            for (int32_t i = 0; i < kk; i++) {
+                mean[i] +=
+                    ratio * ratio * solver->costs.rotations[(g * S + s) * kk + (i % k) * k + i / k];
+            }
+        }
+        closest_rotation(k, mean, solver->prior_R + g * kk);
+    }
+}
+
+/* eps sum_g w_g |R_g - R^_g|^2, to be added to r: twice the prior's energy. */
+static double prior_energy(const tug_solver *solver)
+{
+    int32_t k = solver->model->header.dimension, kk = k * k;
+    double sum = 0.0;
+    for (int32_t g = 0; g < solver->model->header.groups; g++) {
+        for (int32_t i = g * kk; i < (g + 1) * kk; i++) {
+            double difference = solver->group_R[i] - solver->prior_R[i];
+            sum += solver->model->stiffness[g] * difference * difference;
+        }
+    }
+    return solver->options.prior * sum;
+}
+
+/* phi at the present rotations; the blend follows. */
+static double solve_blend_here(tug_solver *solver)
+{
+    int32_t k = solver->model->header.dimension, kk = k * k, S = solver->model->header.shapes;
+    contract_rotations(solver->model, solver->group_R, solver->Q);
+    for (int32_t i = 0; i < solver->model->header.groups * S; i++) {
+        solver->c[i] = -trace_of_product(k, solver->group_R + (i / S) * kk, solver->pull + i * kk);
+    }
+    solve_blend(solver, prior_energy(solver));
+    return solver->blend.objective;
+}
+
+/* The energy of the rotations at the present blend: C, and L with the prior's pull. */
+static void find_rotation_energy(tug_solver *solver)
+{
+    int32_t k = solver->model->header.dimension, kk = k * k, S = solver->model->header.shapes;
+    contract_blend(solver->model, solver->B, solver->C);
+    for (int32_t g = 0; g < solver->model->header.groups; g++) {
+        double weight = solver->options.prior * solver->model->stiffness[g];
+        for (int32_t i = 0; i < kk; i++) {
+            double sum = weight * solver->prior_R[g * kk + (i % k) * k + i / k];
+            for (int32_t s = 0; s < S; s++) {
+                sum += solver->B[g * S + s] * solver->pull[(g * S + s) * kk + i];
+            }
+            solver->L[g * kk + i] = sum;
+        }
+    }
+}
+
+/* Row `pair` of J: the derivative of the rotations' gradient in one blend weight. */
+static void differentiate_gradient(tug_solver *solver, int32_t pair, double *row)
+{
+    const tug_model *model = solver->model;
+    int32_t k = model->header.dimension, kk = k * k, t = tangent_size(k);
+    int32_t own = pair / model->header.shapes;
+    double pull[9], half[9], turned[9], axis[3];
+    contract_blend_row(model, pair, solver->B, solver->X);
+    memcpy(pull, solver->pull + pair * kk, (size_t)kk * sizeof *pull);
+    for (int32_t h = 0; h < model->header.groups; h++) {
+        multiply_nt(k, solver->X + h * kk, solver->group_R + h * kk, half);
+        multiply(k, solver->group_R + own * kk, half, turned);
+        for (int32_t i = 0; i < kk; i++) {
+            pull[i] -= half[i];
+        }
+        axial_vector(k, turned, axis); /* of R_own X_h R_h^T, the transpose of what is wanted */
+        for (int32_t a = 0; a < t; a++) {
+            row[h * t + a] = -axis[a];
+        }
+    }
+    multiply(k, solver->group_R + own * kk, pull, turned);
+    axial_vector(k, turned, axis);
+    for (int32_t a = 0; a < t; a++) {
+        row[own * t + a] -= axis[a];
+    }
+}
+
+/* J for every simplex entry in use; a single blend moves all its groups' entries at once. */
+static void find_entry_derivatives(tug_solver *solver)
+{
+    int32_t S = solver->model->header.shapes, G = solver->model->header.groups;
+    size_t size = (size_t)(G * tangent_size(solver->model->header.dimension));
+    if (!solver->options.single_blend) {
+        for (int32_t i = 0; i < G * S; i++) {
+            if (solver->blending.free[i]) {
+                differentiate_gradient(solver, i, solver->J + (size_t)i * size);
+            }
+        }
+        return;
+    }
+    double *row = solver->J + (size_t)S * size; /* rows from S on are free for use */
+    for (int32_t s = 0; s < S; s++) {
+        memset(solver->J + (size_t)s * size, 0, size * sizeof *row);
+        for (int32_t g = 0; g < G && solver->blending.free[s]; g++) {
+            differentiate_gradient(solver, g * S + s, row);
+            for (size_t a = 0; a < size; a++) {
+                solver->J[(size_t)s * size + a] += row[a];
+            }
+        }
+    }
+}
+
+/* The Hessian of f in the blend on its face, times 2 sqrt(u): that of u less 2 d d^T for the root.
+ */
+static void find_face_hessian(tug_solver *solver)
+{
+    const blend_workspace *face = &solver->blending;
+    int32_t S = solver->model->header.shapes;
+    int single = solver->options.single_blend;
+    const double *Q = single ? solver->folded_Q : solver->Q,
+                 *d = single ? solver->folded_d : solver->d;
+    size_t n = (size_t)(single ? S : S * solver->model->header.groups), q = (size_t)face->face;
+    for (size_t a = 0; a < q; a++) {
+        size_t i = (size_t)face->list[a], pi = (size_t)face->pivot[face->list[a] / S];
+        for (size_t b = 0; b < q; b++) {
+            size_t j = (size_t)face->list[b], pj = (size_t)face->pivot[face->list[b] / S];
+            double root = solver->options.squared ? 0.0 : 2.0 * (d[i] - d[pi]) * (d[j] - d[pj]);
+            solver->face_H[a * q + b] =
+                Q[i * n + j] - Q[i * n + pj] - Q[pi * n + j] + Q[pi * n + pj] - root;
+        }
+        solver->face_H[a * q + a] *= 1.0 + 1e-10;
+    }
+}
+
+/* Take from the rotations' Hessian what the blend gives way: J^T H_face^-1 J. */
+static void let_blend_follow(tug_solver *solver)
+{
+    const blend_workspace *face = &solver->blending;
+    int32_t S = solver->model->header.shapes, q = face->face;
+    int32_t size = solver->model->header.groups * tangent_size(solver->model->header.dimension);
+    if (q == 0) {
+        return;
+    }
+    find_entry_derivatives(solver);
+    find_face_hessian(solver);
+    if (!cholesky_factor(solver->face_H, q)) {
+        return; /* a face without a strict minimum: the rotations alone then set the step */
+    }
+    for (int32_t a = 0; a < q; a++) {
+        const double *entry = solver->J + (size_t)face->list[a] * (size_t)size;
+        const double *pivot = solver->J + (size_t)face->pivot[face->list[a] / S] * (size_t)size;
+        for (int32_t i = 0; i < size; i++) {
+            solver->face_J[a * size + i] = entry[i] - pivot[i];
+        }
+    }
+    memcpy(solver->face_X, solver->face_J, (size_t)(q * size) * sizeof *solver->face_J);
+    cholesky_solve(solver->face_H, q, solver->face_X, size);
+    add_product_tn(size, size, q, -1.0, solver->face_J, size, solver->face_X, size,
+                   solver->turning.hessian, size);
+}
+
+/* One step of Newton's method on phi. Returns the angle of the full step, or 0 where rounding
+ * leaves none to take. */
+static double descend(tug_solver *solver)
+{
+    static const double longest = 0.8; /* radians */
+    rotation_workspace *turning = &solver->turning;
+    int32_t k = solver->model->header.dimension, G = solver->model->header.groups;
+    int32_t size = G * tangent_size(k);
+    rotation_energy energy = {G, k, solver->C, solver->L};
+    double before = solver->blend.objective;
+    double tau = solver->options.squared ? 1.0 : 2.0 * sqrt(solver->blend.u);
+    find_rotation_energy(solver);
+    differentiate_rotations(&energy, solver->group_R, turning);
+    let_blend_follow(solver);
+    find_newton_step(size, turning);
+    double slope = dot(turning->gradient, turning->step, (size_t)size) / tau;
+    double rounding = 1e-15 * fabs(solver->r) / tau; /* of u, as f shows it */
+    memcpy(solver->kept_R, solver->group_R, rotation_bytes(solver));
+    double full = turn_all(&energy, solver->kept_R, 1.0, turning);
+    if (full <= solver->options.tolerance) {
+        return full;
+    }
+    double t = full > longest ? longest / full : 1.0;
+    for (int halvings = 0; halvings < 40; halvings++, t *= 0.5) {
+        turn_all(&energy, solver->kept_R, t, turning);
+        memcpy(solver->group_R, turning->trial, rotation_bytes(solver));
+        if (solve_blend_here(solver) <= before + 1e-4 * t * slope + rounding) {
+            return full;
+        }
+    }
+    memcpy(solver->group_R, solver->kept_R, rotation_bytes(solver));
+    solve_blend_here(solver);
+    return 0.0;
+}
+
+/* Every shape of a group turns with it. */
+static void spread_rotations(tug_solver *solver)
+{
+    int32_t kk = solver->model->header.dimension * solver->model->header.dimension;
+    int32_t S = solver->model->header.shapes;
+    for (int32_t i = 0; i < solver->model->header.groups * S; i++) {
+        memcpy(solver->R + i * kk, solver->group_R + (i / S) * kk, (size_t)kk * sizeof(double));
+    }
+}
+
+void solve_steady(tug_solver *solver, tug_solve_info *info)
+{
+    find_prior(solver);
+    if (!solver->options.warm_start || !solver->solved) {
+        memcpy(solver->group_R, solver->prior_R, rotation_bytes(solver));
+    }
+    solve_blend_here(solver);
+    info->residual = INFINITY;
+    while (info->rounds < solver->options.max_rounds && !info->converged) {
+        info->residual = descend(solver);
+        info->rounds++;
+        info->converged = info->residual <= solver->options.tolerance;
+    }
+    spread_rotations(solver);
+    info->energy = solver->blend.u - 0.5 * prior_energy(solver);
+}
