@@ -22,8 +22,9 @@ int costs_create(const tug_model *model, shape_costs *c)
     c->L = allocate(G * k * k, sizeof *c->L);
     c->V = allocate(G * k * k, sizeof *c->V);
     c->T = allocate(b * k, sizeof *c->T);
+    c->difference = allocate(b * k, sizeof *c->difference);
     int room = rotation_workspace_create((int32_t)G, (int32_t)k, &c->workspace);
-    return room && c->D && c->rotations && c->R && c->L && c->V && c->T;
+    return room && c->D && c->rotations && c->R && c->L && c->V && c->T && c->difference;
 }
 
 void costs_destroy(shape_costs *c)
@@ -34,6 +35,7 @@ void costs_destroy(shape_costs *c)
     release(c->L);
     release(c->V);
     release(c->T);
+    release(c->difference);
     rotation_workspace_destroy(&c->workspace);
 }
 
@@ -86,31 +88,42 @@ static double quadratic_part(const double *L, int32_t b, int32_t k, const double
     return sum;
 }
 
-/* E_g of (A 7), twice the group's part of the energy, for every group of one shape. */
+/* difference = T - T_s R^T. T_s has, for each weight function, the shape's middle and the identity.
+ */
+static void subtract_turned_shape(const tug_model *model, int32_t s, const double *R,
+                                  const double *T, double *difference)
+{
+    int32_t k = model->header.dimension, coordinates = model->header.shapes * k;
+    for (int32_t h = 0; h < model->header.weights; h++) {
+        const double *middle = model->middles + h * coordinates + s * k;
+        const double *from = T + h * (1 + k) * k;
+        double *to = difference + h * (1 + k) * k;
+        for (int32_t a = 0; a < k; a++) {
+            to[a] = from[a] - model->constant[h] * dot(R + a * k, middle, (size_t)k);
+            for (int32_t c = 0; c < k; c++) {
+                to[(1 + c) * k + a] = from[(1 + c) * k + a] - model->constant[h] * R[a * k + c];
+            }
+        }
+    }
+}
+
+/* E_g of (A 7), twice the group's part of the energy, for every group of one shape. It is the form
+ * L_g of T - T_s R_g^T, where T_s makes the shape itself: no cancellation near the example. */
 static void find_group_costs(const tug_model *model, int32_t s, const double *Y, shape_costs *c)
 {
     int32_t k = model->header.dimension, kk = k * k, S = model->header.shapes;
     const shape_model *shape = model->shape + s;
-    int32_t p = S * k, b = shape->energy.unknowns;
-    rotation_energy energy = {model->header.groups, k, shape->energy.C, c->L};
+    int32_t b = shape->energy.unknowns;
     for (int32_t i = 0; i < shape->energy.turned * k; i++) {
         c->V[i] = c->R[(i / kk) * kk + (i % k) * k + i / k % k];
     }
     recover_transforms(&shape->energy, c->V, Y, k, c->T);
-    evaluate_rotations(&energy, c->R, &c->workspace);
     for (int32_t g = 0; g < model->header.groups; g++) {
-        const double *R = c->R + g * kk;
-        double H[9], KT[9], trace = 0.0;
-        for (int32_t i = 0; i < kk; i++) {
-            H[i] = model->H[(size_t)(g * p + s * k + i / k) * (size_t)p + (size_t)(s * k + i % k)];
-        }
-        multiply_nt(k, H, R, KT);
-        for (int32_t i = 0; i < kk; i++) {
-            KT[i] += c->L[g * kk + i] - c->workspace.CR[g * kk + i];
-            trace += i % (k + 1) == 0 ? H[i] : 0.0;
-        }
-        double squares = quadratic_part(shape->L + (size_t)g * (size_t)b * (size_t)b, b, k, c->T);
-        c->D[g * S + s] = fmax(squares - 2.0 * trace_of_product(k, R, KT) + trace, 0.0);
+        double R[9];
+        multiply(k, c->R + g * kk, model->align + (g * S + s) * kk, R);
+        subtract_turned_shape(model, s, R, c->T, c->difference);
+        c->D[g * S + s] = fmax(
+            quadratic_part(shape->L + (size_t)g * (size_t)b * (size_t)b, b, k, c->difference), 0.0);
     }
 }
 

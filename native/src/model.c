@@ -38,6 +38,7 @@ static size_t lay_out(tug_model *model, double *data)
     model->shape_columns = take(&at, S * k * n);
     model->weight_columns = take(&at, m * n);
     model->middles = take(&at, m * S * k);
+    model->constant = take(&at, m);
     lay_out_reduction(&at, &model->energy, G * S * k, h, m * (1 + S * k));
     model->align = take(&at, G * S * k * k);
     model->H = take(&at, G * S * k * S * k);

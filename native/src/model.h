@@ -34,6 +34,7 @@ struct tug_model {
 
     dictionary dictionary;
     double *shape_columns, *weight_columns, *middles;
+    double *constant; /* #W: sum_h constant_h W_h = 1 */
 
     /* The joint problem: V has a block for each pair (g, s). `energy.C` is laid out in blocks,
      * #G by #G by k by k by #S by #S, the order in which blends and rotations contract it. */

@@ -5,6 +5,7 @@
 #include "dense.h"
 #include "energy.h"
 #include "memory.h"
+#include "null_space.h"
 #include "rotation.h"
 
 #include <math.h>
@@ -95,6 +96,31 @@ static void store_weights(tug_model *model, const double *weights)
             model->weight_columns[h * n + i] = weights[i * m + h];
         }
     }
+}
+
+/* The constant function as a combination of the weights, by least squares. */
+static tug_status find_constant(tug_model *model)
+{
+    int32_t m = model->header.weights, n = model->header.vertices;
+    double *products = allocate((size_t)m * (size_t)m, sizeof *products);
+    if (products == NULL) {
+        return fail_memory();
+    }
+    const double *W = model->weight_columns;
+    add_product_nt(m, m, n, 1.0, W, n, W, n, products, m);
+    for (int32_t h = 0; h < m; h++) {
+        model->constant[h] = 0.0;
+        for (int32_t i = 0; i < n; i++) {
+            model->constant[h] += W[(size_t)h * (size_t)n + (size_t)i];
+        }
+    }
+    int definite = cholesky_factor(products, m);
+    if (definite) {
+        cholesky_solve(products, m, model->constant, 1);
+    }
+    release(products);
+    return definite ? TUG_OK
+                    : fail(TUG_ERROR_ARGUMENT, "the weight functions depend on each other");
 }
 
 /* X = rows of D at the constraints, and the constrained values of each shape. */
@@ -278,6 +304,49 @@ static tug_status find_group_constants(build *w, const progress_range *range)
     return TUG_OK;
 }
 
+/* Columns of shape s in (V, Y): the example itself, V_gs = Q_gs and Y its own rows. */
+static void store_example(const tug_model *model, int32_t s, int32_t block, int32_t first,
+                          double *N, int32_t columns, int32_t column)
+{
+    int32_t k = model->header.dimension, S = model->header.shapes, G = model->header.groups;
+    for (int32_t g = 0; g < G; g++) {
+        const double *Q = model->align + (g * S + s) * k * k;
+        for (int32_t i = 0; i < k * k; i++) {
+            int32_t row = g * block + first + i / k;
+            N[(size_t)row * (size_t)columns + (size_t)(column + i % k)] = Q[i];
+        }
+    }
+    for (int32_t i = 0; i < model->header.rows * k; i++) {
+        size_t row = (size_t)(G * block + i / k);
+        N[row * (size_t)columns + (size_t)(column + i % k)] = model->shape[s].rows[i];
+    }
+}
+
+static void store_translation(const reduction *energy, double *N, int32_t columns)
+{
+    for (int32_t r = 0; r < energy->rows; r++) {
+        N[(size_t)(energy->turned + r + 1) * (size_t)columns - 1] = 1.0;
+    }
+}
+
+/* Shapes first to last of the joint energy, or one shape of its own. */
+static tug_status restore_examples(const tug_model *model, reduction *energy, int32_t first,
+                                   int32_t last)
+{
+    int32_t k = model->header.dimension, block = (last - first + 1) * k, columns = block + 1;
+    double *N = allocate((size_t)(energy->turned + energy->rows) * (size_t)columns, sizeof *N);
+    if (N == NULL) {
+        return fail_memory();
+    }
+    for (int32_t s = first; s <= last; s++) {
+        store_example(model, s, block, (s - first) * k, N, columns, (s - first) * k);
+    }
+    store_translation(energy, N, columns);
+    tug_status status = restore_null_space(energy, N, columns);
+    release(N);
+    return status;
+}
+
 static tug_status eliminate_shape(build *w, int32_t s)
 {
     const model_header *header = &w->model->header;
@@ -301,7 +370,9 @@ static tug_status eliminate_shape(build *w, int32_t s)
         }
     }
     int32_t rank;
-    return eliminate_transforms(w->shape_L, w->shape_X, w->shape_K, &shape->energy, &rank);
+    tug_status status =
+        eliminate_transforms(w->shape_L, w->shape_X, w->shape_K, &shape->energy, &rank);
+    return status == TUG_OK ? restore_examples(w->model, &shape->energy, s, s) : status;
 }
 
 /* From rows (g, s, a) and columns (g', s', b) to #G by #G by k by k by #S by #S. */
@@ -344,6 +415,9 @@ static tug_status eliminate_all(build *w, const progress_range *range)
         status =
             eliminate_transforms(w->all_L, w->X, w->all_K, &model->energy, &model->header.rank);
     }
+    if (status == TUG_OK) {
+        status = restore_examples(model, &model->energy, 0, shapes - 1);
+    }
     return status == TUG_OK ? block_joint_matrix(model) : status;
 }
 
@@ -365,6 +439,9 @@ static tug_status build_model(build *w, const tug_mesh *mesh, const int32_t *gro
     find_middles(&model->dictionary, mesh->mass, model->middles);
     tug_status status = energy_workspace_create(mesh, &model->dictionary, groups,
                                                 model->header.groups, &w->energies);
+    if (status == TUG_OK) {
+        status = find_constant(model);
+    }
     if (status == TUG_OK) {
         find_rows(w);
         progress_range part = progress_part(range, 0.0, 0.8);
