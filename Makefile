@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# make demo | test | build | lint | sanitize. Each installs what it lacks and then calls CMake.
+# make test ONLY=words runs the steps with these words in their name.
+
+.PHONY: demo test build lint sanitize ready ready-for-tests
+
+demo: build
+	python3 blender_tests/run_script.py sample_scenes/demo.py
+
+test: ready-for-tests
+	python3 .ci/test.py "$(ONLY)"
+
+build: ready
+	cmake --preset release
+	cmake --build --preset release
+
+lint: ready-for-tests
+	python3 .ci/test.py style
+
+sanitize: ready-for-tests
+	python3 .ci/test.py sanitizer
+
+ready:
+	native/install_dependencies.sh
+	-native/provide_suitesparse.sh
+
+ready-for-tests: ready
+	native/install_dependencies.sh tests
