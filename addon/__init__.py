@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tug: pose a mesh by pulling handles, drawing on its shape keys.
+
+Importing this package needs no Blender, so that `solver` serves plain Python; `register` does.
+"""
+
+from __future__ import annotations
+
+import atexit
+
+
+def register() -> None:
+    """Make Tug known to Blender. The library is not needed for it."""
+    import bpy
+
+    from . import handlers, properties
+
+    properties.register()
+    handlers.register()
+    # As a module in Python, Blender crashes or hangs at exit over what is still registered.
+    if not bpy.app.binary_path:
+        atexit.register(unregister)
+
+
+def unregister() -> None:
+    from . import handlers, live, properties
+
+    atexit.unregister(unregister)
+    handlers.unregister()
+    properties.unregister()
+    live.forget_all()

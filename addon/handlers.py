@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Keeps the rigs posed while frames change, in playback and in renders."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import bpy
+from bpy.app.handlers import persistent
+
+from . import live, mesh_cache, rig
+from .inputs import RigError
+from .native import LibraryError
+
+# The modes in which an artist changes what a rig was made from.
+EDITING = {"EDIT", "SCULPT", "WEIGHT_PAINT", "VERTEX_PAINT"}
+
+# What went wrong with a rig when it was last posed, by session_uid. Each text is printed once.
+_problems: dict[int, str] = {}
+_paused = False
+
+
+def problem(obj: bpy.types.Object) -> str:
+    """Why the object was not posed at the last change of frame, or an empty string."""
+    return _problems.get(obj.session_uid, "")
+
+
+@contextmanager
+def paused() -> Iterator[None]:
+    """Frames may change without poses being written: a bake reads them itself."""
+    global _paused
+    _paused = True
+    try:
+        yield
+    finally:
+        _paused = False
+
+
+@persistent
+def _pose_rigs(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    if _paused:
+        return
+    for obj in scene.objects:
+        if obj.type != "MESH" or not obj.tug.bound or obj.data.is_editmode:
+            continue
+        if mesh_cache.shown(obj, depsgraph.mode):
+            continue
+        try:
+            rig.solve(obj, depsgraph)
+        except (RigError, LibraryError) as error:
+            _report(obj, str(error))
+        else:
+            _problems.pop(obj.session_uid, None)
+
+
+def _report(obj: bpy.types.Object, text: str) -> None:
+    if _problems.get(obj.session_uid) != text:
+        _problems[obj.session_uid] = text
+        print(f"Tug: {text}")
+
+
+@persistent
+def _touch_edited(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    for update in depsgraph.updates:
+        obj = update.id.original
+        if isinstance(obj, bpy.types.Object) and obj.mode in EDITING:
+            live.touch(obj)
+
+
+@persistent
+def _touch_all(*_: object) -> None:
+    live.touch_all()
+
+
+@persistent
+def _forget_all(*_: object) -> None:
+    live.forget_all()
+    _problems.clear()
+
+
+HANDLERS = (
+    ("frame_change_post", _pose_rigs),
+    ("depsgraph_update_post", _touch_edited),
+    ("undo_post", _touch_all),
+    ("redo_post", _touch_all),
+    ("load_post", _forget_all),
+)
+
+
+def register() -> None:
+    for name, function in HANDLERS:
+        getattr(bpy.app.handlers, name).append(function)
+
+
+def unregister() -> None:
+    for name, function in HANDLERS:
+        getattr(bpy.app.handlers, name).remove(function)

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a model is made from, read off an object and checked."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from . import shape_keys, vertex_groups
+
+# A coordinate that varies by less, relative to the size of the shapes, is flat.
+FLAT = 1e-6
+
+
+class RigError(Exception):
+    """A rig cannot be bound or solved; the text tells the artist why and what to do."""
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Arrays of an object whose keys and handles have been checked.
+
+    shapes: #S by #V by 3 float32, Basis first. triangles: #F by 3. handles: the vertex of each;
+    free: which of them no row pins. axes: the coordinates that are solved for, two where every
+    shape lies in one plane across an axis. topology: digest of the faces.
+    """
+
+    shapes: np.ndarray
+    triangles: np.ndarray
+    handles: np.ndarray
+    free: np.ndarray
+    axes: list[int]
+    topology: str
+
+    @property
+    def solved_shapes(self) -> np.ndarray:
+        """#S by #V by k float64."""
+        return np.ascontiguousarray(self.shapes[:, :, self.axes], np.float64)
+
+    @property
+    def pinned(self) -> np.ndarray:
+        return self.handles[~self.free]
+
+    def digest(self, weights: np.ndarray, group_count: int) -> str:
+        """Of all that a model depends on."""
+        return digest(
+            *(self.shapes, self.triangles, self.handles, self.free, weights),
+            np.array([group_count]),
+        )
+
+
+def digest(*arrays: np.ndarray) -> str:
+    state = hashlib.blake2b(digest_size=16)
+    for array in arrays:
+        state.update(f"{array.shape}{array.dtype}".encode())
+        state.update(np.ascontiguousarray(array).data)
+    return state.hexdigest()
+
+
+def check_object(obj: bpy.types.Object) -> None:
+    """Raises RigError where an object cannot carry a rig at all."""
+    name = f'"{obj.name}"'
+    if obj.type != "MESH":
+        raise RigError(f"{name} is not a mesh")
+    if obj.library or obj.data.library:
+        raise RigError(f"{name} is linked from another file: make it local first")
+    if obj.data.is_editmode:
+        raise RigError(f"{name} is in Edit Mode: leave it first")
+    keys = obj.data.shape_keys
+    if keys is None:
+        raise RigError(f"{name} has no shape keys: add Basis and the example shapes first")
+    if not keys.use_relative:
+        raise RigError(f"the shape keys of {name} are absolute: switch them to Relative")
+
+
+def ticked(obj: bpy.types.Object) -> list[str]:
+    """Names of the example keys, Basis first."""
+    keys, rig = obj.data.shape_keys, obj.tug
+    return [keys.reference_key.name] + [
+        block.name
+        for block in keys.key_blocks
+        if block.name not in (keys.reference_key.name, rig.result)
+        and (block.name not in rig.shapes or rig.shapes[block.name].use)
+    ]
+
+
+def bound_examples(obj: bpy.types.Object) -> list[str]:
+    """Names of the keys that the rig was bound to, Basis first."""
+    return json.loads(obj.tug.examples) if obj.tug.bound else []
+
+
+def gather(
+    obj: bpy.types.Object,
+    examples: Sequence[str],
+    handles: Sequence[bpy.types.PropertyGroup],
+    vertices: Sequence[int] | None = None,
+) -> Inputs:
+    """Read and check everything but the weights. vertices: of the handles where not their own."""
+    shapes = _shapes(obj, examples)
+    return Inputs(
+        shapes=shapes,
+        triangles=_triangles(obj.data),
+        handles=_vertices(obj, handles, vertices or [handle.vertex for handle in handles]),
+        free=np.array([handle.free for handle in handles]),
+        axes=_axes(shapes),
+        topology=topology(obj.data),
+    )
+
+
+def topology(mesh: bpy.types.Mesh) -> str:
+    """Digest of the faces, whatever the coordinates are."""
+    starts = np.empty(len(mesh.polygons), np.int32)
+    corners = np.empty(len(mesh.loops), np.int32)
+    mesh.polygons.foreach_get("loop_start", starts)
+    mesh.loops.foreach_get("vertex_index", corners)
+    return digest(starts, corners, np.array([len(mesh.vertices)]))
+
+
+def stored_weights(obj: bpy.types.Object, names: Sequence[str]) -> np.ndarray:
+    """Weights in the vertex groups, #V by len(names) float32 as they are stored."""
+    stored = vertex_groups.read(obj, names)
+    lost = np.flatnonzero(stored.sum(axis=1) <= 0)
+    if len(lost):
+        raise RigError(
+            f'{len(lost)} vertices of "{obj.name}" belong to no handle, the first is vertex '
+            f"{lost[0]}: paint them into a handle's vertex group, or delete the groups "
+            f"{', '.join(names)} to have all weights computed anew"
+        )
+    return stored
+
+
+def _shapes(obj: bpy.types.Object, examples: Sequence[str]) -> np.ndarray:
+    count = len(obj.data.vertices)
+    shapes = np.empty((len(examples), count, 3), np.float32)
+    for shape, name in zip(shapes, examples, strict=True):
+        points = shape_keys.coordinates(obj.data.shape_keys.key_blocks[name])
+        if len(points) != count:
+            raise RigError(
+                f'the shape key "{name}" of "{obj.name}" has {len(points)} points but the mesh has '
+                f"{count} vertices: it was made for another mesh, delete it or make it again"
+            )
+        bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+        if len(bad):
+            raise RigError(
+                f'the shape key "{name}" of "{obj.name}" has {len(bad)} points that are nowhere '
+                f"(not a number or infinite), the first at vertex {bad[0]}: move or delete them"
+            )
+        shape[:] = points
+    return shapes
+
+
+def _triangles(mesh: bpy.types.Mesh) -> np.ndarray:
+    mesh.calc_loop_triangles()
+    triangles = np.empty(3 * len(mesh.loop_triangles), np.int32)
+    mesh.loop_triangles.foreach_get("vertices", triangles)
+    return triangles.reshape(-1, 3)
+
+
+def _vertices(
+    obj: bpy.types.Object, handles: Sequence[bpy.types.PropertyGroup], vertices: Sequence[int]
+) -> np.ndarray:
+    if len(handles) < 2:
+        raise RigError(f'"{obj.name}" needs at least two handles, it has {len(handles)}')
+    seen: dict[int, str] = {}
+    for handle, vertex in zip(handles, vertices, strict=True):
+        if vertex >= len(obj.data.vertices):
+            raise RigError(
+                f'the handle "{handle.name}" is on vertex {vertex}, but "{obj.name}" has only '
+                f"{len(obj.data.vertices)} vertices: choose another vertex"
+            )
+        if vertex in seen:
+            raise RigError(
+                f'the handles "{seen[vertex]}" and "{handle.name}" of "{obj.name}" are on the same '
+                f"vertex {vertex}: put one on another vertex or delete it"
+            )
+        seen[vertex] = handle.name
+    if all(handle.free for handle in handles):
+        raise RigError(f'every handle of "{obj.name}" is free: none is left to pull it by')
+    return np.array(list(seen), np.int32)
+
+
+def _axes(shapes: np.ndarray) -> list[int]:
+    extents = np.ptp(shapes, axis=(0, 1))
+    flat = extents <= FLAT * extents.max()
+    return [axis for axis in range(3) if flat.sum() != 1 or not flat[axis]]

@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The solvers in memory, one for each rig that was asked for a pose.
+
+Nothing of it is saved: a solver is made again whenever the one in memory does not fit. Two kinds of
+change are told apart. Faces, keys or handles that came or went since the bind make the rig stale:
+asking for a pose fails and says to bind again. Coordinates, painted weights and settings that
+changed make a new solver without a word, so that a pose is always what the saved file would give.
+To find those takes a look at the whole mesh, so it is done only after something touched the rig.
+"""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+
+from . import inputs
+from .inputs import Inputs, RigError
+from .native import Progress, TugError
+from .solver import Form, Mesh, Model, Rows, SolveInfo, Solver, cluster_triangles
+
+
+@dataclass
+class Live:
+    """A solver, what it was made from, and a lock: renders ask for poses from a thread of their
+    own."""
+
+    solver: Solver
+    content: str
+    options: dict[str, float]
+    axes: list[int]
+    rest: np.ndarray
+    groups: int
+    touched: bool = False
+    lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def pose(self, targets: np.ndarray) -> tuple[np.ndarray, SolveInfo]:
+        """#V by 3 positions for #H by 3 targets, in object space."""
+        positions = self.rest.copy()
+        with self.lock:
+            info = self.solver.solve(targets[:, self.axes])
+            positions[:, self.axes] = self.solver.positions()
+        return positions, info
+
+
+# By session_uid, which survives renaming and undo; a Blender object would not.
+_registry: dict[int, Live] = {}
+_registry_lock = threading.RLock()
+
+
+def make(
+    obj: bpy.types.Object,
+    mesh: Mesh,
+    given: Inputs,
+    stored: np.ndarray,
+    progress: Progress | None = None,
+) -> Live:
+    """A solver for the object as `given` describes it, with weights as they are stored."""
+    weights = stored.astype(np.float64)
+    weights /= weights.sum(axis=1, keepdims=True)
+    wanted = obj.tug.group_count or 2 * len(given.handles)
+    groups = cluster_triangles(mesh, weights, wanted, progress=part(progress, 0.0, 0.1))
+    rows, modelling = Rows.pin(given.pinned), part(progress, 0.1, 1.0)
+    options = solver_options(obj)
+    with Model(mesh, given.solved_shapes, weights, rows, groups, progress=modelling) as model:
+        return Live(
+            solver=Solver(model, **options),
+            content=given.digest(stored, wanted),
+            options=options,
+            axes=given.axes,
+            rest=given.shapes[0].astype(np.float64),
+            groups=int(groups.max()) + 1,
+        )
+
+
+def current(obj: bpy.types.Object, scene: bpy.types.Scene) -> Live:
+    """The solver that fits the object now, made where need be. Raises RigError if stale."""
+    with _registry_lock:
+        _check_cheap(obj, scene)
+        live = _registry.get(obj.session_uid)
+        if live is None or live.touched or live.options != solver_options(obj):
+            live = _registry[obj.session_uid] = _refreshed(obj, live)
+        return live
+
+
+def keep(obj: bpy.types.Object, live: Live) -> None:
+    with _registry_lock:
+        _registry[obj.session_uid] = live
+
+
+def touch(obj: bpy.types.Object) -> None:
+    """Something about the object may have changed: look before its next pose."""
+    if live := _registry.get(obj.session_uid):
+        live.touched = True
+
+
+def touch_all() -> None:
+    for live in list(_registry.values()):
+        live.touched = True
+
+
+def forget(obj: bpy.types.Object) -> None:
+    _registry.pop(obj.session_uid, None)
+
+
+def forget_all() -> None:
+    _registry.clear()
+
+
+def solver_options(obj: bpy.types.Object) -> dict[str, float]:
+    rig = obj.tug
+    return {
+        "form": Form[rig.form],
+        "lambda_": rig.selectivity,
+        "prior": rig.steadiness,
+        "single_blend": rig.single_blend,
+        "squared": rig.squared,
+    }
+
+
+def part(progress: Progress | None, start: float, end: float) -> Progress | None:
+    """The stretch of a progress bar that belongs to one of several long calls."""
+    if progress is None:
+        return None
+    return lambda stage, fraction: progress(stage, start + (end - start) * fraction)
+
+
+def in_scene(handle: bpy.types.PropertyGroup, scene: bpy.types.Scene) -> bool:
+    """Deleting an empty takes it out of the scene, but the rig's pointer keeps it in the file."""
+    return handle.empty is not None and handle.empty.name in scene.objects
+
+
+def _refreshed(obj: bpy.types.Object, live: Live | None) -> Live:
+    rig = obj.tug
+    if inputs.topology(obj.data) != rig.topology:
+        raise _stale(obj, "its faces were edited")
+    given = inputs.gather(obj, inputs.bound_examples(obj), rig.handles)
+    stored = inputs.stored_weights(obj, [handle.group for handle in rig.handles])
+    wanted = rig.group_count or 2 * len(given.handles)
+    content = given.digest(stored, wanted)
+    if live and (live.content, live.options) == (content, solver_options(obj)):
+        live.touched = False
+        return live
+    try:
+        with Mesh(given.solved_shapes[0], given.triangles) as mesh:
+            return make(obj, mesh, given, stored)
+    except TugError as error:
+        raise RigError(f'"{obj.name}" cannot be solved: {error.reason}') from error
+
+
+def _check_cheap(obj: bpy.types.Object, scene: bpy.types.Scene) -> None:
+    """What can be told in microseconds of a rig that no longer is what was bound."""
+    inputs.check_object(obj)
+    rig, keys = obj.tug, obj.data.shape_keys.key_blocks
+    if not rig.bound:
+        raise RigError(f'"{obj.name}" is not bound: bind it first')
+    if len(obj.data.vertices) != rig.vertex_count:
+        counts = f"from {rig.vertex_count} to {len(obj.data.vertices)}"
+        raise _stale(obj, f"its number of vertices went {counts}")
+    for name in (rig.result, *inputs.bound_examples(obj)):
+        if name not in keys:
+            raise _stale(obj, f'its shape key "{name}" was deleted or renamed')
+    for handle in rig.handles:
+        if not in_scene(handle, scene):
+            raise _stale(obj, f'its handle "{handle.name}" was deleted')
+        if not handle.group:
+            raise _stale(obj, f'its handle "{handle.name}" is new')
+        if handle.group not in obj.vertex_groups:
+            raise _stale(obj, f'its vertex group "{handle.group}" was deleted or renamed')
+
+
+def _stale(obj: bpy.types.Object, reason: str) -> RigError:
+    return RigError(f'"{obj.name}" has changed since it was bound, {reason}: bind it again')

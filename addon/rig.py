@@ -1,0 +1,328 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What an artist does with a rig: add handles, bind, unbind; and its poses."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from . import inputs, live, shape_keys, vertex_groups
+from .inputs import Inputs, RigError
+from .native import Progress, TugError
+from .solver import Mesh, SolveInfo, compute_weights
+
+HANDLE_SIZE = 0.03  # of an empty, relative to the diagonal of the mesh
+SAME_PLACE = 1e-5  # relative to the diagonal, for a vertex that an edit of the mesh renumbered
+
+
+@dataclass(frozen=True)
+class BindSummary:
+    """What a bind made and how long each part took, in seconds."""
+
+    vertices: int
+    shapes: int
+    handles: int
+    groups: int
+    dimension: int
+    weights_computed: bool  # False: they were read from the vertex groups
+    warnings: str  # about the mesh, a line each
+    weights_seconds: float
+    model_seconds: float
+    solve_seconds: float
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """What a bind is made from."""
+
+    examples: list[str]  # names of keys, Basis first
+    given: Inputs
+    compute: bool  # the weights, rather than to read them
+
+
+@dataclass(frozen=True)
+class _Built:
+    stored: np.ndarray  # weights as the vertex groups hold them
+    live: live.Live
+    pose: np.ndarray
+    warnings: str
+    seconds: list[float]  # for weights, model and first solve
+
+
+def add_handle(obj: bpy.types.Object, vertex: int, name: str) -> bpy.types.Object:
+    """A new empty at the vertex as it is displayed now; the next bind lets it pin the vertex."""
+    inputs.check_object(obj)
+    points = shape_keys.displayed(obj)
+    if not 0 <= vertex < len(points):
+        raise RigError(f'"{obj.name}" has no vertex {vertex}, only 0 to {len(points) - 1}')
+    world = np.array(obj.matrix_world)
+    points = points @ world[:3, :3].T + world[:3, 3]
+    empty = bpy.data.objects.new(name, None)
+    empty.empty_display_type = "SPHERE"
+    empty.empty_display_size = HANDLE_SIZE * np.linalg.norm(np.ptp(points, axis=0))
+    empty.location = points[vertex]
+    _handle_collection(obj).objects.link(empty)
+    handle = obj.tug.handles.add()
+    handle.name, handle.empty, handle.vertex = empty.name, empty, vertex
+    return empty
+
+
+def bind(obj: bpy.types.Object, progress: Progress | None = None) -> BindSummary:
+    """Make the model and show its pose in the result key.
+
+    Weights are read from the handles' vertex groups where they are there, else computed and written
+    there. Handles that were deleted are dropped. On an error the scene is as it was. About a second
+    at 20,000 vertices.
+    """
+    inputs.check_object(obj)
+    plan = _plan(obj)
+    try:
+        built = _build(obj, plan, progress)
+    except TugError as error:
+        raise RigError(f'"{obj.name}" cannot be bound: {error.reason}') from error
+    _drop_deleted_handles(obj)
+    _keep_handles(obj, plan, built.stored)
+    _keep_keys(obj, plan.examples, built.pose)
+    _keep_state(obj, plan)
+    live.keep(obj, built.live)
+    return BindSummary(
+        vertices=len(built.pose),
+        shapes=len(plan.examples),
+        handles=len(plan.given.handles),
+        groups=built.live.groups,
+        dimension=len(plan.given.axes),
+        weights_computed=plan.compute,
+        warnings=built.warnings,
+        weights_seconds=built.seconds[0],
+        model_seconds=built.seconds[1],
+        solve_seconds=built.seconds[2],
+    )
+
+
+def unbind(obj: bpy.types.Object) -> None:
+    """Take the result key away and show the artist's keys as before the bind. Handles and painted
+    weights stay."""
+    rig, keys = obj.tug, obj.data.shape_keys
+    if keys is not None:
+        for name in inputs.bound_examples(obj):
+            _unmute(obj, name)
+        if rig.result in keys.key_blocks:
+            obj.shape_key_remove(keys.key_blocks[rig.result])
+    obj.driver_remove("tug.reach")
+    rig.bound, rig.result = False, ""
+    live.forget(obj)
+
+
+def positions(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> np.ndarray:
+    """The pose for the handles as `depsgraph` has them: #V by 3 in object space. Writes nothing."""
+    return _pose(obj, depsgraph)[0]
+
+
+def solve(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> SolveInfo:
+    """Write the pose for the handles as `depsgraph` has them to the result key."""
+    pose, info = _pose(obj, depsgraph)
+    result = obj.data.shape_keys.key_blocks[obj.tug.result]
+    shape_keys.write(obj.data, result, pose)
+    return info
+
+
+def _pose(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[np.ndarray, SolveInfo]:
+    current = live.current(obj, depsgraph.scene)
+    try:
+        return current.pose(_targets(obj, obj.tug.handles, depsgraph))
+    except TugError as error:
+        raise RigError(f'"{obj.name}" cannot be solved: {error.reason}') from error
+
+
+def _targets(
+    obj: bpy.types.Object,
+    handles: Sequence[bpy.types.PropertyGroup],
+    depsgraph: bpy.types.Depsgraph,
+) -> np.ndarray:
+    """#H by 3: where the handles that pin are, in the space of the object."""
+    world = np.array(
+        [
+            handle.empty.evaluated_get(depsgraph).matrix_world.translation
+            for handle in handles
+            if not handle.free
+        ]
+    )
+    matrix = np.array(obj.evaluated_get(depsgraph).matrix_world)
+    try:
+        inverse = np.linalg.inv(matrix)
+    except np.linalg.LinAlgError:
+        raise RigError(f'"{obj.name}" has a scale of zero: its handles cannot be told') from None
+    return world @ inverse[:3, :3].T + inverse[:3, 3]
+
+
+def _handle_collection(obj: bpy.types.Object) -> bpy.types.Collection:
+    rig = obj.tug
+    if rig.collection is None:
+        rig.collection = bpy.data.collections.new(f"{obj.name} Handles")
+        homes = obj.users_collection or (bpy.context.scene.collection,)
+        homes[0].children.link(rig.collection)
+    return rig.collection
+
+
+def _group(handle: bpy.types.PropertyGroup) -> str:
+    return handle.group or handle.empty.name
+
+
+def _plan(obj: bpy.types.Object) -> _Plan:
+    handles = [handle for handle in obj.tug.handles if live.in_scene(handle, bpy.context.scene)]
+    examples, vertices = inputs.ticked(obj), _found_again(obj, handles)
+    given = inputs.gather(obj, examples, handles, vertices)
+    return _Plan(examples, given, compute=_must_compute(obj, handles))
+
+
+def _found_again(obj: bpy.types.Object, handles: Sequence[bpy.types.PropertyGroup]) -> list[int]:
+    """The vertices of the handles, where an edit of the faces may have renumbered them."""
+    if not obj.tug.bound or inputs.topology(obj.data) == obj.tug.topology:
+        return [handle.vertex for handle in handles]
+    rest = shape_keys.coordinates(obj.data.shape_keys.reference_key)
+    tolerance = SAME_PLACE * np.linalg.norm(np.ptp(rest, axis=0))
+    vertices = []
+    for handle in handles:
+        if handle.rest_vertex != handle.vertex:  # new, or put on this vertex by the artist
+            vertices.append(handle.vertex)
+            continue
+        distance = np.linalg.norm(rest - np.array(handle.rest), axis=1)
+        if distance.min() > tolerance:
+            raise RigError(
+                f'the vertex of the handle "{handle.name}" is no longer there since '
+                f'"{obj.name}" was edited: put the handle on another vertex or delete it'
+            )
+        vertices.append(int(distance.argmin()))
+    return vertices
+
+
+def _must_compute(obj: bpy.types.Object, handles: Sequence[bpy.types.PropertyGroup]) -> bool:
+    """Whether the weights in the vertex groups are not, or no longer, those of these handles.
+
+    Raises RigError where computing them would overwrite what the artist painted.
+    """
+    present = [_group(handle) for handle in handles if _group(handle) in obj.vertex_groups]
+    bound = [handle for handle in obj.tug.handles if handle.group]
+    deleted = [handle for handle in bound if not live.in_scene(handle, bpy.context.scene)]
+    moved = [handle for handle in bound if handle.rest_vertex != handle.vertex]
+    if len(present) == len(handles) and not deleted and not moved:
+        return False
+    ours = _groups_of_tug(obj)
+    if painted := [name for name in present if name not in ours]:
+        raise RigError(
+            f'the handles of "{obj.name}" need new weights, but these vertex groups hold weights '
+            f"that Tug did not make: {', '.join(painted)}. Delete or rename them, or paint a "
+            "vertex group for every handle"
+        )
+    return True
+
+
+def _groups_of_tug(obj: bpy.types.Object) -> set[str]:
+    """Names of the vertex groups that are exactly as a bind wrote them."""
+    written = {handle.group: handle.computed_weights for handle in obj.tug.handles}
+    names = [name for name in written if name in obj.vertex_groups]
+    columns = vertex_groups.read(obj, names).T
+    return {
+        name
+        for name, column in zip(names, columns, strict=True)
+        if inputs.digest(column) == written[name]
+    }
+
+
+def _build(obj: bpy.types.Object, plan: _Plan, progress: Progress | None) -> _Built:
+    """Everything that takes time or may fail; changes nothing of the scene."""
+    handles = [handle for handle in obj.tug.handles if live.in_scene(handle, bpy.context.scene)]
+    times = [time.perf_counter()]
+    with Mesh(plan.given.solved_shapes[0], plan.given.triangles) as mesh:
+        report = mesh.check()
+        if report.errors:
+            raise RigError(f'"{obj.name}" cannot be bound:\n{report.text}')
+        if plan.compute:
+            stored = _compute(obj, mesh, plan.given, live.part(progress, 0.0, 0.6))
+        else:
+            stored = inputs.stored_weights(obj, [_group(handle) for handle in handles])
+        times.append(time.perf_counter())
+        made = live.make(obj, mesh, plan.given, stored, live.part(progress, 0.6, 1.0))
+    times.append(time.perf_counter())
+    pose, _ = made.pose(_targets(obj, handles, bpy.context.evaluated_depsgraph_get()))
+    times.append(time.perf_counter())
+    return _Built(stored, made, pose, report.text, np.diff(times).tolist())
+
+
+def _compute(
+    obj: bpy.types.Object, mesh: Mesh, given: Inputs, progress: Progress | None
+) -> np.ndarray:
+    weights, _ = compute_weights(
+        mesh,
+        [[vertex] for vertex in given.handles],
+        follow_nearest=obj.tug.follow_nearest,
+        progress=progress,
+    )
+    return vertex_groups.rounded(weights)
+
+
+def _drop_deleted_handles(obj: bpy.types.Object) -> None:
+    handles, ours = obj.tug.handles, _groups_of_tug(obj)
+    for number in reversed(range(len(handles))):
+        handle = handles[number]
+        if not live.in_scene(handle, bpy.context.scene):
+            if handle.group in ours:
+                obj.vertex_groups.remove(obj.vertex_groups[handle.group])
+            handles.remove(number)
+
+
+def _keep_handles(obj: bpy.types.Object, plan: _Plan, stored: np.ndarray) -> None:
+    handles = obj.tug.handles
+    names = [_group(handle) for handle in handles]
+    if plan.compute:
+        vertex_groups.write(obj, names, stored)
+    for number, (handle, vertex) in enumerate(zip(handles, plan.given.handles, strict=True)):
+        handle.name, handle.group = handle.empty.name, names[number]
+        handle.vertex = handle.rest_vertex = int(vertex)
+        handle.rest = plan.given.shapes[0, vertex]
+        if plan.compute:
+            handle.computed_weights = inputs.digest(stored[:, number])
+
+
+def _keep_keys(obj: bpy.types.Object, examples: Sequence[str], pose: np.ndarray) -> None:
+    rig, keys = obj.tug, obj.data.shape_keys
+    before = inputs.bound_examples(obj)
+    for name in set(before) - set(examples):
+        _unmute(obj, name)
+    for name in examples[1:]:
+        shape = rig.shapes.get(name) or rig.shapes.add()
+        shape.name = name
+        block = keys.key_blocks[name]
+        if name not in before:
+            shape.was_muted = block.mute
+        block.mute = True
+    result = keys.key_blocks.get(rig.result) or shape_keys.add_result(obj)
+    rig.result = result.name
+    result.mute = False
+    shape_keys.write(obj.data, result, pose)
+
+
+def _unmute(obj: bpy.types.Object, name: str) -> None:
+    block = obj.data.shape_keys.key_blocks.get(name)
+    if block is not None and name in obj.tug.shapes:
+        block.mute = obj.tug.shapes[name].was_muted
+
+
+def _keep_state(obj: bpy.types.Object, plan: _Plan) -> None:
+    rig = obj.tug
+    rig.bound = True
+    rig.examples = json.dumps(plan.examples)
+    rig.vertex_count = len(obj.data.vertices)
+    rig.topology = plan.given.topology
+    obj.driver_remove("tug.reach")
+    driver = obj.driver_add("tug.reach").driver
+    driver.type = "SUM"
+    for handle in rig.handles:
+        variable = driver.variables.new()
+        variable.type = "TRANSFORMS"
+        variable.targets[0].id = handle.empty

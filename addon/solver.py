@@ -1,0 +1,435 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Posing without Blender: libtug with NumPy arrays in and out.
+
+    mesh + handles -> compute_weights -> cluster_triangles -> Model -> Solver -> positions
+
+`make_solver` does all of it at once. #V vertices, #F triangles, k dimensions (2 or 3), #S shapes,
+#W weight functions, #H constraint rows, #G edge groups; lengths in any unit. Mesh, Model and Solver
+own memory of the library: close them, or use them as context managers. Every function may raise
+native.TugError with the library's own words, and native.LibraryError where there is no library.
+
+A `progress` is called as progress(stage, fraction) at least every 0.1 s or so, with a short English
+phrase and 0 to 1; an exception it raises cancels the call and comes out of it.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Sequence
+from ctypes import POINTER, byref, c_int32
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Self
+
+import numpy as np
+
+from . import native
+from .native import Progress
+
+
+class Form(IntEnum):
+    """What a solve minimises: tug_form of tug.h."""
+
+    STEADY = 0
+    PAPER = 1
+    NO_ROTATIONS = 2
+
+
+@dataclass(frozen=True)
+class MeshReport:
+    """What is wrong with a mesh: numbers of lines in `text`, errors first."""
+
+    errors: int
+    warnings: int
+    text: str
+
+
+@dataclass(frozen=True)
+class WeightsInfo:
+    """How the weights' quadratic programs ended: see tug_weights_info."""
+
+    converged: bool
+    iterations: int
+    gap: float
+    kkt_residual: float
+    bound_violation: float
+
+
+@dataclass(frozen=True)
+class ModelSizes:
+    """Counts of a model: see tug_model_sizes."""
+
+    vertices: int
+    dimension: int
+    shapes: int
+    weights: int
+    rows: int
+    groups: int
+    unknowns: int
+    rank: int
+
+
+@dataclass(frozen=True)
+class SolveInfo:
+    """How a solve ended: see tug_solve_info."""
+
+    converged: bool
+    rounds: int
+    objective: float
+    energy: float
+    gap: float
+    residual: float
+    increase: float
+
+
+@dataclass(frozen=True)
+class BlendInfo:
+    """How a blend's optimum was found: see tug_blend_info."""
+
+    pivots: int
+    objective: float
+    gap: float
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Sparse constraint rows, #H by #V: row r holds values[starts[r]:starts[r + 1]] at the vertices
+    of the same places."""
+
+    starts: np.ndarray
+    vertices: np.ndarray
+    values: np.ndarray
+
+    def __post_init__(self) -> None:
+        for name, dtype in ("starts", np.int32), ("vertices", np.int32), ("values", np.float64):
+            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), dtype))
+
+    @classmethod
+    def pin(cls, vertices: Sequence[int]) -> Self:
+        """One row for each vertex: its position is the target."""
+        return cls.combine([([vertex], [1.0]) for vertex in vertices])
+
+    @classmethod
+    def combine(cls, rows: Sequence[tuple[Sequence[int], Sequence[float]]]) -> Self:
+        """One row for each (vertices, values): the sum of values times positions is the target."""
+        for vertices, values in rows:
+            if len(vertices) != len(values):
+                raise ValueError(f"a row has {len(vertices)} vertices but {len(values)} values")
+        return cls(
+            _offsets([vertices for vertices, _ in rows]),
+            np.array([vertex for vertices, _ in rows for vertex in vertices]),
+            np.array([value for _, values in rows for value in values]),
+        )
+
+    def __len__(self) -> int:
+        return len(self.starts) - 1
+
+
+class _Memory:
+    """One object of the library: freed with the last reference to it, and before what it needs."""
+
+    def __init__(self, pointer: object, destroy: Callable, needs: object = None) -> None:
+        self.pointer, self._destroy, self._needs = pointer, destroy, needs
+
+    def __del__(self) -> None:
+        self._destroy(self.pointer)
+
+
+class _Owner:
+    """Holds one object of the library until close()."""
+
+    def __init__(self, memory: _Memory) -> None:
+        self._memory: _Memory | None = memory
+
+    @property
+    def _pointer(self) -> object:
+        if self._memory is None:
+            raise ValueError(f"this {type(self).__name__} is closed")
+        return self._memory.pointer
+
+    def close(self) -> None:
+        """Let go of the memory now; nothing but close() may be called afterwards."""
+        self._memory = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+
+class Mesh(_Owner):
+    """The rest shape and its triangles. O(#V + #F log #F).
+
+    vertices: #V by k. triangles: #F by 3, indices from 0. Any geometry is taken; `check` says what
+    is wrong with it.
+    """
+
+    def __init__(self, vertices: np.ndarray, triangles: np.ndarray) -> None:
+        vertices, triangles = _matrix(vertices, np.float64), _matrix(triangles, np.int32)
+        if triangles.shape[1] != 3:
+            raise ValueError(f"triangles must be #F by 3, not {triangles.shape}")
+        self.vertex_count, self.dimension = vertices.shape
+        self.triangle_count = len(triangles)
+        out = POINTER(native.tug_mesh)()
+        native.library().tug_create_mesh(
+            vertices, *vertices.shape, triangles, len(triangles), byref(out)
+        )
+        super().__init__(_Memory(out, native.library().tug_destroy_mesh))
+
+    def check(self) -> MeshReport:
+        """What is wrong with the mesh, in words. O(#F)."""
+        text = ctypes.create_string_buffer(4096)
+        errors, warnings = c_int32(), c_int32()
+        native.library().tug_check_mesh(
+            self._pointer, text, len(text), byref(errors), byref(warnings)
+        )
+        return MeshReport(errors.value, warnings.value, text.value.decode(errors="replace"))
+
+    def components(self) -> np.ndarray:
+        """#V component numbers, from 0 in the order of their first vertex."""
+        component, count = np.empty(self.vertex_count, np.int32), c_int32()
+        native.library().tug_find_components(self._pointer, component, byref(count))
+        return component
+
+    def spread(self, count: int, first: int = 0) -> np.ndarray:
+        """`count` vertices spread evenly over the surface: `first`, then always the one farthest
+        along the edges from all before it. O(count #V log #V)."""
+        vertices = np.empty(max(count, 0), np.int32)
+        native.library().tug_spread_vertices(self._pointer, first, count, vertices)
+        return vertices
+
+
+class Model(_Owner):
+    """The constants of a solve; its size does not depend on #V but for the dictionary.
+
+    shapes: #S by #V by k, the rest shape first. weights: #V by #W, whose span holds the constant.
+    groups: #F, as from cluster_triangles. A weight function that no row pins is a free handle.
+    O(#V (#W #S k)^2). The mesh may be closed afterwards.
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        shapes: np.ndarray,
+        weights: np.ndarray,
+        rows: Rows,
+        groups: np.ndarray,
+        *,
+        progress: Progress | None = None,
+    ) -> None:
+        shapes = np.ascontiguousarray(shapes, np.float64)
+        if shapes.shape[1:] != (mesh.vertex_count, mesh.dimension):
+            raise ValueError(
+                f"shapes must be #S by {mesh.vertex_count} by {mesh.dimension}, not {shapes.shape}"
+            )
+        weights = _matrix(weights, np.float64, rows=mesh.vertex_count)
+        groups = np.ascontiguousarray(groups, np.int32)
+        if groups.shape != (mesh.triangle_count,):
+            raise ValueError(f"groups must be #F = {mesh.triangle_count} numbers")
+        out = POINTER(native.tug_model)()
+        with native.reporting(progress) as callback:
+            native.library().tug_create_model(
+                *(mesh._pointer, shapes, len(shapes), weights, weights.shape[1]),
+                *(byref(_native_rows(rows)), groups, int(groups.max(initial=-1)) + 1),
+                *(callback, None, byref(out)),
+            )
+        super().__init__(_Memory(out, native.library().tug_destroy_model))
+
+    @property
+    def sizes(self) -> ModelSizes:
+        sizes = native.tug_model_sizes()
+        native.library().tug_get_model_sizes(self._pointer, byref(sizes))
+        return ModelSizes(**_values(sizes))
+
+    def save(self) -> bytes:
+        """The model as one versioned and checksummed blob, in this machine's byte order."""
+        size = native.library().tug_model_blob_size(self._pointer)
+        blob = ctypes.create_string_buffer(size)
+        native.library().tug_save_model(self._pointer, blob, size)
+        return blob.raw
+
+    @classmethod
+    def load(cls, blob: bytes) -> Self:
+        """The model of `save`. Anything but a whole, unchanged blob of this version fails."""
+        out = POINTER(native.tug_model)()
+        native.library().tug_load_model(bytes(blob), len(blob), byref(out))
+        model = cls.__new__(cls)
+        _Owner.__init__(model, _Memory(out, native.library().tug_destroy_model))
+        return model
+
+
+class Solver(_Owner):
+    """A workspace on a model, for one thread at a time. The model may be closed before it.
+
+    Options, each with the library's default: form (a Form), squared, single_blend, warm_start,
+    max_rounds, lambda_ (weight of the costs), prior (of the steady form), tolerance (radians).
+    """
+
+    def __init__(self, model: Model, **options: float) -> None:
+        self.sizes = model.sizes
+        given = native.tug_solver_options()
+        native.library().tug_default_solver_options(byref(given))
+        _set_options(given, options)
+        out = POINTER(native.tug_solver)()
+        native.library().tug_create_solver(model._pointer, byref(given), byref(out))
+        super().__init__(_Memory(out, native.library().tug_destroy_solver, model._memory))
+
+    def solve(self, targets: np.ndarray) -> SolveInfo:
+        """Find the pose for targets, #H by k. Time does not depend on #V. A solve that failed
+        leaves the last pose as it was."""
+        targets = _matrix(targets, np.float64)
+        if targets.shape != (self.sizes.rows, self.sizes.dimension):
+            raise ValueError(
+                f"targets must be {self.sizes.rows} by {self.sizes.dimension}, not {targets.shape}"
+            )
+        info = native.tug_solve_info()
+        native.library().tug_solve(self._pointer, targets, byref(info))
+        return SolveInfo(**_values(info))
+
+    def positions(self) -> np.ndarray:
+        """#V by k positions of the last solve. O(#V #W #S k)."""
+        positions = np.empty((self.sizes.vertices, self.sizes.dimension))
+        native.library().tug_get_positions(self._pointer, positions)
+        return positions
+
+    def blend(self) -> np.ndarray:
+        """#G by #S weights of the shapes in the last solve; rows sum to one."""
+        blend = np.empty((self.sizes.groups, self.sizes.shapes))
+        native.library().tug_get_blend(self._pointer, blend)
+        return blend
+
+    def costs(self) -> np.ndarray:
+        """#G by #S costs of the shapes in the last solve: sqrt(D_gs) of (A 10), D_gs if squared."""
+        costs = np.empty((self.sizes.groups, self.sizes.shapes))
+        native.library().tug_get_costs(self._pointer, costs)
+        return costs
+
+    def rotations(self) -> np.ndarray:
+        """#G by #S by k by k rotations of the last solve."""
+        k = self.sizes.dimension
+        rotations = np.empty((self.sizes.groups, self.sizes.shapes, k, k))
+        native.library().tug_get_rotations(self._pointer, rotations)
+        return rotations
+
+
+def compute_weights(
+    mesh: Mesh,
+    handles: Sequence[Sequence[int]],
+    *,
+    progress: Progress | None = None,
+    **options: float,
+) -> tuple[np.ndarray, WeightsInfo]:
+    """Bounded biharmonic weights, #V by #W, rows summing to one. About a second at 20,000 vertices.
+
+    handles: the vertices of each handle. Options, each with the library's default: tolerance,
+    max_iterations, threads, follow_nearest (1: a component without a handle follows the nearest).
+    """
+    given, info = native.tug_weights_options(), native.tug_weights_info()
+    native.library().tug_default_weights_options(byref(given))
+    _set_options(given, options)
+    vertices = np.array([vertex for handle in handles for vertex in handle], np.int32)
+    weights = np.empty((mesh.vertex_count, len(handles)))
+    with native.reporting(progress) as callback:
+        native.library().tug_compute_weights(
+            *(mesh._pointer, _offsets(handles), vertices, len(handles)),
+            *(byref(given), callback, None, weights, byref(info)),
+        )
+    return weights, WeightsInfo(**_values(info))
+
+
+def cluster_triangles(
+    mesh: Mesh, weights: np.ndarray, count: int, *, progress: Progress | None = None
+) -> np.ndarray:
+    """Edge groups: #F numbers from 0, at most `count` different ones. O(rounds #F #W count)."""
+    weights = _matrix(weights, np.float64, rows=mesh.vertex_count)
+    groups, found = np.empty(mesh.triangle_count, np.int32), c_int32()
+    with native.reporting(progress) as callback:
+        native.library().tug_cluster_triangles(
+            *(mesh._pointer, weights, weights.shape[1], count),
+            *(callback, None, groups, byref(found)),
+        )
+    return groups
+
+
+def make_solver(
+    shapes: np.ndarray,
+    triangles: np.ndarray,
+    handles: Sequence[int],
+    *,
+    free: Sequence[int] = (),
+    progress: Progress | None = None,
+    **options: float,
+) -> Solver:
+    """From shapes (#S by #V by k, the rest shape first), triangles and handle vertices to a Solver.
+
+    Each handle has one weight function and each that is not in `free` (numbers of handles) one row,
+    in order; there are twice as many groups as handles. Options are those of Solver. Seconds.
+    """
+    pinned = [vertex for number, vertex in enumerate(handles) if number not in set(free)]
+    with Mesh(shapes[0], triangles) as mesh:
+        weights, _ = compute_weights(mesh, [[vertex] for vertex in handles], progress=progress)
+        groups = cluster_triangles(mesh, weights, 2 * len(handles), progress=progress)
+        with Model(mesh, shapes, weights, Rows.pin(pinned), groups, progress=progress) as model:
+            return Solver(model, **options)
+
+
+def minimise_blend(
+    quadratic: np.ndarray,
+    linear: np.ndarray,
+    constant: float,
+    costs: np.ndarray,
+    blend: np.ndarray,
+    *,
+    lambda_: float = 0.5,
+    squared: bool = False,
+) -> tuple[np.ndarray, BlendInfo]:
+    """The optimum of (A 20) with the transforms eliminated, from `blend` (#G by #S) on.
+
+    quadratic: n by n, n = #G #S; linear, costs: n.
+    """
+    count, shapes = blend.shape
+    result, info = np.array(blend, np.float64).ravel(), native.tug_blend_info()
+    quadratic = _matrix(quadratic, np.float64, rows=count * shapes)
+    linear, costs = (np.ascontiguousarray(vector, np.float64) for vector in (linear, costs))
+    if not quadratic.shape[1] == len(linear) == len(costs) == count * shapes:
+        raise ValueError("the quadratic and linear parts and the costs must fit the blend")
+    native.library().tug_minimise_blend(
+        *(count, shapes, quadratic, linear, constant, costs, lambda_, squared, result, byref(info)),
+    )
+    return result.reshape(count, shapes), BlendInfo(**_values(info))
+
+
+def _matrix(array: np.ndarray, dtype: type, rows: int | None = None) -> np.ndarray:
+    array = np.ascontiguousarray(array, dtype)
+    if array.ndim != 2 or rows not in (None, len(array)):
+        raise ValueError(f"expected a matrix of {rows or 'some'} rows, not shape {array.shape}")
+    return array
+
+
+def _offsets(parts: Sequence[Sequence]) -> np.ndarray:
+    return np.cumsum([0, *map(len, parts)], dtype=np.int32)
+
+
+def _native_rows(rows: Rows) -> native.tug_rows:
+    given = native.tug_rows(count=len(rows))
+    given.starts = rows.starts.ctypes.data_as(POINTER(c_int32))
+    given.vertices = rows.vertices.ctypes.data_as(POINTER(c_int32))
+    given.values = rows.values.ctypes.data_as(POINTER(ctypes.c_double))
+    return given
+
+
+def _set_options(struct: native.Sized, options: dict[str, float]) -> None:
+    names = {name.removesuffix("_"): name for name in options}  # lambda_ is a word of Python
+    known = {name for name, _ in struct._fields_[1:]}
+    if unknown := sorted(given for name, given in names.items() if name not in known):
+        raise TypeError(f"unknown option {unknown[0]!r}; there are: {', '.join(sorted(known))}")
+    for name, given in names.items():
+        setattr(struct, name, options[given])
+
+
+def _values(struct: native.Sized) -> dict[str, float]:
+    values = {name: getattr(struct, name) for name, _ in struct._fields_[1:]}
+    if "converged" in values:
+        values["converged"] = bool(values["converged"])
+    return values
