@@ -65,12 +65,18 @@ static void find_gradient(const blend_problem *p, const double *B, double *gradi
     }
 }
 
+/* The least that u can be; above zero even where there is nothing to fit and r is zero. */
+static double least_u(const blend_problem *p)
+{
+    return FLOOR * fabs(p->r) + 1e-300;
+}
+
 /* u, from B and its gradient. */
 static double find_u(const blend_problem *p, const double *B, const double *gradient)
 {
     size_t n = (size_t)size_of(p);
     double u = 0.5 * (dot(B, gradient, n) + dot(B, p->c, n) + p->r);
-    return fmax(u, 0.0) + FLOOR * fabs(p->r);
+    return fmax(u, 0.0) + least_u(p);
 }
 
 static double find_objective(const blend_problem *p, const double *B, double u)
@@ -137,7 +143,7 @@ static void factor_face(const blend_problem *p, blend_workspace *w)
     for (int attempt = 0; attempt < 30 && !cholesky_factor(w->reduced, w->face); attempt++) {
         reduce_to_face(p, w);
         for (size_t a = 0; a < q; a++) {
-            w->reduced[a * q + a] += ridge + 1e-300;
+            w->reduced[a * q + a] += ridge + 1e-200;
         }
         ridge *= 10.0;
     }
@@ -158,7 +164,7 @@ static double choose_tau(const blend_problem *p, const blend_workspace *w, doubl
         u0 += 0.5 * slope * w->solution[2 * a];
         kappa -= w->reduced_d[a] * w->solution[2 * a + 1];
     }
-    u0 = fmax(u0, FLOOR * fabs(p->r));
+    u0 = fmax(u0, least_u(p));
     return 2.0 * sqrt(2.0 * kappa < 1.0 - 1e-12 ? u0 / (1.0 - 2.0 * kappa) : 1e6 * u);
 }
 
@@ -212,21 +218,23 @@ static void restore_sums(const blend_problem *p, double *B)
 }
 
 /* f is convex, so it exceeds its minimum by at most grad f^T B - min grad f^T B' over the
- * simplices. */
-static double find_gap(const blend_problem *p, const blend_workspace *w, const double *B,
-                       double tau)
+ * simplices; and, since u is not negative, by at most f - min d^T B', which is the one that tells
+ * where u is zero and has no gradient. */
+static double find_gap(const blend_problem *p, const blend_workspace *w, const double *B, double u)
 {
-    double gap = 0.0;
+    double gap = 0.0, price = 0.0, tau = find_tau(p, u);
     for (int32_t g = 0; g < p->groups; g++) {
-        double mean = 0.0, least = INFINITY;
+        double mean = 0.0, least = INFINITY, cheapest = INFINITY;
         for (int32_t i = g * p->shapes; i < (g + 1) * p->shapes; i++) {
             double slope = w->gradient[i] / tau + p->d[i];
             mean += B[i] * slope;
             least = fmin(least, slope);
+            cheapest = fmin(cheapest, p->d[i]);
         }
         gap += mean - least;
+        price += cheapest;
     }
-    return fmax(gap, 0.0);
+    return fmax(fmin(gap, find_objective(p, B, u) - price), 0.0);
 }
 
 /* Free the entries at zero along which f falls: each group's best, or only the best of all. Returns
@@ -286,13 +294,13 @@ blend_result minimise_blend(const blend_problem *p, blend_workspace *w, double *
             continue;
         }
         double tau = find_tau(p, u);
-        result.gap = find_gap(p, w, B, tau);
+        result.gap = find_gap(p, w, B, u);
         if (result.gap <= 1e-12 * objective || idle > 3 ||
             (release_entries(p, w, tau, idle > 0) == 0 && idle > 0)) {
             break;
         }
     }
-    result.gap = find_gap(p, w, B, find_tau(p, u));
+    result.gap = find_gap(p, w, B, u);
     result.u = u;
     return result;
 }

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Handles move by whatever moves an object in Blender."""
+
+import bpy
+import numpy as np
+import pytest
+from mathutils import Vector
+from support import HANDLES, bound_rig, depsgraph, evaluated
+
+from addon import rig
+
+AWAY = Vector((0.3, -0.2, 0.4))
+
+
+def add_empty(name, location=(0, 0, 0)):
+    empty = bpy.data.objects.new(name, None)
+    empty.location = location
+    bpy.context.scene.collection.objects.link(empty)
+    return empty
+
+
+def parented(tip):
+    tip.parent = add_empty("Parent", AWAY)
+
+
+def constrained(tip):
+    goal = add_empty("Goal", tip.location + AWAY)
+    tip.constraints.new("COPY_LOCATION").target = goal
+
+
+def keyed(tip):
+    tip.keyframe_insert("location", frame=1)
+    tip.location += AWAY
+    tip.keyframe_insert("location", frame=5)
+    bpy.context.scene.frame_set(5)
+
+
+def driven(tip):
+    source = add_empty("Source", AWAY)
+    for axis, name in enumerate(("LOC_X", "LOC_Y", "LOC_Z")):
+        driver = tip.driver_add("delta_location", axis).driver
+        variable = driver.variables.new()
+        variable.type = "TRANSFORMS"
+        variable.targets[0].id = source
+        variable.targets[0].transform_type = name
+        driver.expression = variable.name
+
+
+def on_a_bone(tip):
+    armature = bpy.data.armatures.new("Armature")
+    obj = bpy.data.objects.new("Armature", armature)
+    bpy.context.scene.collection.objects.link(obj)
+    bpy.context.view_layer.objects.active = obj
+    bpy.ops.object.mode_set(mode="EDIT")
+    bone = armature.edit_bones.new("Bone")
+    bone.head, bone.tail = tip.location, tip.location + AWAY
+    bpy.ops.object.mode_set(mode="OBJECT")
+    constraint = tip.constraints.new("COPY_LOCATION")
+    constraint.target, constraint.subtarget, constraint.head_tail = obj, "Bone", 1.0
+
+
+@pytest.mark.parametrize("moved", [parented, constrained, keyed, driven, on_a_bone])
+def test_a_handle_moves_by(moved):
+    obj = bound_rig()
+    rest = evaluated(obj)[HANDLES["Tip"]]
+    moved(bpy.data.objects["Tip"])
+    bpy.context.view_layer.update()
+    rig.solve(obj, depsgraph())
+    np.testing.assert_allclose(evaluated(obj)[HANDLES["Tip"]], rest + AWAY, atol=1e-5)
+
+
+def hidden(tip):
+    tip.hide_set(True)
+
+
+def disabled(tip):
+    tip.hide_viewport = True
+
+
+def disabled_in_renders(tip):
+    tip.hide_render = True
+
+
+def excluded(tip):
+    layers = bpy.context.view_layer.layer_collection.children
+    layers[tip.users_collection[0].name].exclude = True
+
+
+@pytest.mark.parametrize("how", [hidden, disabled, disabled_in_renders, excluded])
+@pytest.mark.parametrize("mode", ["VIEWPORT", "RENDER"])
+def test_a_handle_that_cannot_be_seen_is_read_all_the_same(how, mode):
+    obj = bound_rig()
+    tip = bpy.data.objects["Tip"]
+    for frame, offset in ((1, 0.0), (11, 1.0)):
+        tip.location.z += offset
+        tip.keyframe_insert("location", frame=frame)
+    how(tip)
+    heights = {}
+
+    def record(scene, depsgraph):
+        position = rig.positions(obj, depsgraph)[HANDLES["Tip"]]
+        heights[depsgraph.mode] = position[2]
+
+    scene = bpy.context.scene
+    scene.frame_set(1)
+    bpy.app.handlers.frame_change_post.append(record)
+    try:
+        if mode == "VIEWPORT":
+            scene.frame_set(11)
+        else:
+            render(scene, frame=11)
+    finally:
+        bpy.app.handlers.frame_change_post.remove(record)
+    assert heights[mode] == pytest.approx(5.0, abs=1e-5)
+
+
+def render(scene, frame):
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples, scene.cycles.use_denoising = 1, False
+    scene.render.resolution_x = scene.render.resolution_y = 8
+    scene.frame_start = scene.frame_end = frame
+    scene.render.filepath = bpy.app.tempdir + "frame"
+    bpy.ops.render.render(animation=True)
