@@ -143,6 +143,16 @@ static void start_rotations(const tug_model *model, int32_t s, const double *Y, 
     }
 }
 
+/* What the energy leaves open stays as it starts. */
+static void add_least_prior(const tug_model *model, const double *start, double *L)
+{
+    int32_t k = model->header.dimension, kk = k * k;
+    for (int32_t i = 0; i < model->header.groups * kk; i++) {
+        double weight = LEAST_PRIOR * model->stiffness[i / kk];
+        L[i] += weight * start[i / kk * kk + i % k * k + i / k % k];
+    }
+}
+
 void find_costs(const tug_model *model, const double *Y, int turning, shape_costs *c)
 {
     int32_t k = model->header.dimension, kk = k * k;
@@ -155,6 +165,7 @@ void find_costs(const tug_model *model, const double *Y, int turning, shape_cost
         find_pull(reduced, Y, k, c->L);
         start_rotations(model, s, Y, turning, c->R);
         if (turning) {
+            add_least_prior(model, c->R, c->L);
             int converged;
             int32_t steps =
                 fit_rotations(&energy, TOLERANCE, MAX_STEPS, &c->workspace, c->R, &converged);

@@ -144,7 +144,7 @@ void find_newton_step(int32_t size, rotation_workspace *w)
     for (int32_t i = 0; i < size; i++) {
         mean += fabs(w->hessian[(size_t)i * (size_t)size + (size_t)i]) / size;
     }
-    double shift = 1e-10 * mean;
+    double shift = 0.0;
     for (int attempt = 0; attempt < 40; attempt++) {
         memcpy(w->factor, w->hessian, (size_t)size * (size_t)size * sizeof *w->factor);
         for (int32_t i = 0; i < size; i++) {

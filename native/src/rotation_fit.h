@@ -16,6 +16,11 @@ typedef struct rotation_energy {
     const double *L; /* G by k by k */
 } rotation_energy;
 
+/* Some rotations are left open by the energy: a part with a single handle may turn about it, a mesh
+ * with two about their line. A prior of this weight, relative to a group's stiffness, decides those
+ * and moves no other visibly. */
+static const double LEAST_PRIOR = 1e-7;
+
 /* Room for fits of `groups` rotations. */
 typedef struct rotation_workspace {
     double *CR;       /* G k by k: C times the stacked R^T */

@@ -21,21 +21,36 @@ static size_t rotation_bytes(const tug_solver *solver)
     return (size_t)(solver->model->header.groups * k * k) * sizeof(double);
 }
 
-/* R^_g: the mean of the single-shape optima, each weighted by 1 / cost^4 relative to the group's
- * least. Exact where the handles sit on an example, and a smooth function of the handles. */
+/* What counts against a shape in a group: its energy there, and a little of the group's fair share
+ * of its energy everywhere, for groups in which all shapes are equally good (an eye, a claw). */
+static double mismatch(const tug_solver *solver, int32_t g, int32_t s)
+{
+    static const double elsewhere = 1e-3;
+    const tug_model *model = solver->model;
+    int32_t S = model->header.shapes;
+    double energy = 0.0, stiffness = 0.0;
+    for (int32_t h = 0; h < model->header.groups; h++) {
+        energy += solver->costs.D[h * S + s];
+        stiffness += model->stiffness[h];
+    }
+    double share = elsewhere * model->stiffness[g] / stiffness;
+    return solver->costs.D[g * S + s] + share * energy + 1e-12 * model->stiffness[g] + 1e-300;
+}
+
+/* R^_g: the mean of the single-shape optima, each weighted by the inverse square of its mismatch
+ * (the cost is a root of it). Exact where the handles sit on an example, and smooth in the handles.
+ */
 static void find_prior(tug_solver *solver)
 {
     int32_t k = solver->model->header.dimension, kk = k * k;
     int32_t G = solver->model->header.groups, S = solver->model->header.shapes;
     for (int32_t g = 0; g < G; g++) {
-        const double *D = solver->costs.D + g * S;
         double least = INFINITY, mean[9] = {0.0};
         for (int32_t s = 0; s < S; s++) {
-            least = fmin(least, D[s]);
+            least = fmin(least, mismatch(solver, g, s));
         }
-        double floor = 1e-12 * solver->model->stiffness[g] + 1e-300;
         for (int32_t s = 0; s < S; s++) {
-            double ratio = (least + floor) / (D[s] + floor); /* D is the square of the cost */
+            double ratio = least / mismatch(solver, g, s);
             for (int32_t i = 0; i < kk; i++) {
                 mean[i] +=
                     ratio * ratio * solver->costs.rotations[(g * S + s) * kk + (i % k) * k + i / k];
@@ -43,6 +58,12 @@ static void find_prior(tug_solver *solver)
         }
         closest_rotation(k, mean, solver->prior_R + g * kk);
     }
+}
+
+/* eps; never quite zero, so that rotations which the energy leaves open are decided. */
+static double prior_weight(const tug_solver *solver)
+{
+    return fmax(solver->options.prior, LEAST_PRIOR);
 }
 
 /* eps sum_g w_g |R_g - R^_g|^2, to be added to r: twice the prior's energy. */
@@ -56,7 +77,7 @@ static double prior_energy(const tug_solver *solver)
             sum += solver->model->stiffness[g] * difference * difference;
         }
     }
-    return solver->options.prior * sum;
+    return prior_weight(solver) * sum;
 }
 
 /* phi at the present rotations; the blend follows. */
@@ -77,7 +98,7 @@ static void find_rotation_energy(tug_solver *solver)
     int32_t k = solver->model->header.dimension, kk = k * k, S = solver->model->header.shapes;
     contract_blend(solver->model, solver->B, solver->C);
     for (int32_t g = 0; g < solver->model->header.groups; g++) {
-        double weight = solver->options.prior * solver->model->stiffness[g];
+        double weight = prior_weight(solver) * solver->model->stiffness[g];
         for (int32_t i = 0; i < kk; i++) {
             double sum = weight * solver->prior_R[g * kk + (i % k) * k + i / k];
             for (int32_t s = 0; s < S; s++) {

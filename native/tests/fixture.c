@@ -43,6 +43,17 @@ static void deform(int32_t s, place p, double *x)
     }
 }
 
+static void divide_by_sum(double *values, int32_t count)
+{
+    double sum = 0.0;
+    for (int32_t i = 0; i < count; i++) {
+        sum += values[i];
+    }
+    for (int32_t i = 0; i < count; i++) {
+        values[i] /= sum;
+    }
+}
+
 static void place_vertex(fixture *f, place p)
 {
     int32_t v = f->vertices++, k = f->dimension;
@@ -51,16 +62,12 @@ static void place_vertex(fixture *f, place p)
         deform(s, p, x);
         memcpy(f->shape + (size_t)((s * MAX_VERTICES + v) * k), x, (size_t)k * sizeof *x);
     }
-    /* Smooth bumps around the handles' places, divided by their sum. */
-    double sum = 0.0, *weight = f->weight + (size_t)(v * f->weights);
-    for (int32_t h = 0; h < f->weights; h++) {
+    double *weight = f->weight + (size_t)(v * f->weights);
+    for (int32_t h = 0; h < f->weights; h++) { /* smooth bumps around the handles' places */
         double distance = p.t * (f->weights - 1) - h;
         weight[h] = exp(-3.0 * distance * distance);
-        sum += weight[h];
     }
-    for (int32_t h = 0; h < f->weights; h++) {
-        weight[h] /= sum;
-    }
+    divide_by_sum(weight, f->weights);
 }
 
 /* Shapes are placed MAX_VERTICES apart while the mesh grows: close the gaps. */
@@ -163,6 +170,17 @@ void make_flat(fixture *f)
 void free_last_handle(fixture *f)
 {
     f->rows--;
+}
+
+void broaden_weights(fixture *f)
+{
+    for (int32_t v = 0; v < f->vertices; v++) {
+        double *weight = f->weight + (size_t)(v * f->weights);
+        for (int32_t h = 0; h < f->weights; h++) {
+            weight[h] = sqrt(weight[h]);
+        }
+        divide_by_sum(weight, f->weights);
+    }
 }
 
 void duplicate_shape(fixture *f, int32_t s)
@@ -347,15 +365,11 @@ void random_rotation(uint64_t *state, int32_t k, double *R)
 
 void random_blend(uint64_t *state, int32_t groups, int32_t shapes, double *blend)
 {
+    for (int32_t i = 0; i < groups * shapes; i++) {
+        blend[i] = -log(random_between(state, 1e-12, 1.0));
+    }
     for (int32_t g = 0; g < groups; g++) {
-        double sum = 0.0;
-        for (int32_t i = g * shapes; i < (g + 1) * shapes; i++) {
-            blend[i] = -log(random_between(state, 1e-12, 1.0));
-            sum += blend[i];
-        }
-        for (int32_t i = g * shapes; i < (g + 1) * shapes; i++) {
-            blend[i] /= sum;
-        }
+        divide_by_sum(blend + g * shapes, shapes);
     }
 }
 

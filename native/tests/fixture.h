@@ -40,6 +40,10 @@ void make_flat(fixture *f);
 /* The last handle keeps its weight function and loses its row. */
 void free_last_handle(fixture *f);
 
+/* Weights that overlap more: their square roots, divided by their sum. Columns of the dictionary
+ * then nearly depend on each other. */
+void broaden_weights(fixture *f);
+
 /* One more shape, a copy of shape s. */
 void duplicate_shape(fixture *f, int32_t s);
 

@@ -162,6 +162,53 @@ static void examples_come_back(void)
     }
 }
 
+static void turned_examples_come_back(void)
+{
+    uint64_t random = 19;
+    for (int i = 0; i < 2 * 3 * 5; i++) {
+        bench b;
+        double example[MAX_COORDINATES], R[9], offset[3] = {7.0, -5.0, 3.0};
+        make_numbered(&b.f, i % 3);
+        prepare(&b, FORMS[i / 3 % 2]);
+        for (int32_t s = 0; s < b.f.shapes; s++) {
+            memcpy(example, shape_of(&b.f, s), (size_t)coordinate_count(&b.f) * sizeof *example);
+            random_rotation(&random, b.f.dimension, R);
+            move_points(b.f.dimension, R, offset, b.f.vertices, example);
+            apply_rows(&b.f, example, b.targets);
+            CHECK(solve(&b));
+            CHECK(is_sound(&b) && b.info.converged);
+            CHECK(pose_distance(&b.f, b.positions, example) <= 1e-6);
+        }
+        clear(&b);
+    }
+}
+
+/* Far from well conditioned: digits are lost, but not the promise. */
+static void broad_weights_keep_the_promises(void)
+{
+    uint64_t random = 20;
+    for (int i = 0; i < FORM_COUNT * 3; i++) {
+        bench b;
+        make_numbered(&b.f, i % 3);
+        broaden_weights(&b.f);
+        prepare(&b, FORMS[i / 3]);
+        for (int32_t s = 0; s < b.f.shapes; s++) {
+            apply_rows(&b.f, shape_of(&b.f, s), b.targets);
+            CHECK(solve(&b));
+            CHECK(is_sound(&b) && b.info.converged);
+            CHECK(pose_distance(&b.f, b.positions, shape_of(&b.f, s)) <= 1e-5);
+            CHECK_NEAR(b.info.gap, 0.0, 1e-5 * diagonal_of(&b.f));
+        }
+        for (int trial = 0; trial < 5; trial++) {
+            mix_targets(&b.f, &random, 0.05, b.targets);
+            CHECK(solve(&b));
+            CHECK(is_sound(&b) && constraint_error(&b) <= 1e-9);
+            CHECK_NEAR(b.info.energy / energy_of(&b), 1.0, 1e-3);
+        }
+        clear(&b);
+    }
+}
+
 /* The strip in space and a shape that is there twice: the pose is still the example's, whatever the
  * blend. */
 static void examples_come_back_from_poor_dictionaries(void)
@@ -625,6 +672,8 @@ int main(int argc, char **argv)
 {
     RUN(examples_come_back);
     RUN(examples_come_back_from_poor_dictionaries);
+    RUN(turned_examples_come_back);
+    RUN(broad_weights_keep_the_promises);
     RUN(handles_are_hit);
     RUN(rigid_motions_carry_over);
     RUN(translations_carry_over_without_rotations);

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rotations that the handles leave open: solves converge, and keep to what is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from test_blend_optimum import AROUND, examples, tube
+
+from addon.solver import make_solver
+
+TETRAHEDRON = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+
+
+def with_eyes() -> tuple[np.ndarray, np.ndarray, list[int]]:
+    """The tube and two small parts that every example carries along unturned, a handle on each."""
+    rest, triangles = tube()
+    shapes, handles = examples(rest), [0, 4 * AROUND + 2, 8 * AROUND + 5, 12 * AROUND + 3]
+    for anchor in (3 * AROUND, 9 * AROUND + 4):
+        eye = shapes[:, [anchor]] + 0.2 * TETRAHEDRON + np.array([0, 0, 1.5])
+        first = shapes.shape[1]
+        faces = first + np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+        shapes = np.concatenate([shapes, eye], axis=1)
+        triangles = np.concatenate([triangles, faces.astype(np.int32)])
+        handles.append(first)
+    return shapes, triangles, handles
+
+
+def test_a_part_with_one_handle_is_recognised_with_the_rest():
+    shapes, triangles, handles = with_eyes()
+    with make_solver(shapes, triangles, handles) as solver:
+        for shape in shapes:
+            info = solver.solve(shape[handles])
+            assert info.converged
+            np.testing.assert_allclose(solver.positions(), shape, atol=1e-6)
+
+
+def test_solves_converge_between_the_examples():
+    shapes, triangles, handles = with_eyes()
+    random = np.random.default_rng(0)
+    with make_solver(shapes, triangles, handles) as solver:
+        for mixture in random.dirichlet(np.ones(len(shapes)), 20):
+            targets = np.tensordot(mixture, shapes[:, handles], 1)
+            info = solver.solve(targets + 0.1 * random.standard_normal(targets.shape))
+            assert info.converged
+            assert info.rounds < 30
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_handles_on_a_line_leave_the_turn_about_it_as_it_was(count):
+    rest, triangles = tube()
+    handles = [0, 12 * AROUND, 6 * AROUND][:count]
+    with make_solver(rest[None], triangles, handles) as solver:
+        info = solver.solve(rest[handles])
+        assert info.converged
+        np.testing.assert_allclose(solver.positions(), rest, atol=1e-6)
