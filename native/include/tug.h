@@ -60,8 +60,9 @@ TUG_API int32_t tug_abi(void);
 /* "major.minor.patch"; static storage. */
 TUG_API const char *tug_version(void);
 
-/* What the last call of this thread that failed had to say, naming the function and the thing that
- * is wrong. Never NULL; valid until the next failing call of the same thread. */
+/* What the last call of this thread that failed had to say: of an argument that cannot be, its call
+ * and its name; of a mesh or handles, what is wrong with them and what to do. Never NULL; valid
+ * until the next failing call of the same thread. */
 TUG_API const char *tug_error_text(void);
 
 /* Called from the thread that made the long call, at least every 0.1 s or so. stage: a short
@@ -275,7 +276,7 @@ typedef struct tug_blend_info {
     size_t struct_size;
     int32_t pivots;   /* changes of the active set */
     double objective; /* at the result */
-    double gap;       /* the objective is at most this far above its optimum */
+    double gap;       /* the objective is at most this far above its optimum, up to its rounding */
 } tug_blend_info;
 
 /* (A 20) with the transforms eliminated: minimise sqrt(1/2 (B^T Q B + 2 c^T B + r)) + lambda d^T B,

@@ -73,8 +73,7 @@ tug_status tug_create_mesh(const double *vertices, int32_t vertex_count, int32_t
                 "tug_create_mesh: triangle %d names vertex %d of %d", i / 3, triangles[i],
                 vertex_count);
     }
-    return name_failure("tug_create_mesh", mesh_create(vertices, vertex_count, dimension, triangles,
-                                                       triangle_count, out));
+    return mesh_create(vertices, vertex_count, dimension, triangles, triangle_count, out);
 }
 
 void tug_destroy_mesh(tug_mesh *mesh)
@@ -90,7 +89,7 @@ tug_status tug_check_mesh(const tug_mesh *mesh, char *text, size_t capacity, int
     REQUIRE_POINTER("tug_check_mesh", errors);
     REQUIRE_POINTER("tug_check_mesh", warnings);
     REQUIRE(capacity > 0, "tug_check_mesh: the text has no room");
-    return name_failure("tug_check_mesh", mesh_describe(mesh, text, capacity, errors, warnings));
+    return mesh_describe(mesh, text, capacity, errors, warnings);
 }
 
 tug_status tug_find_components(const tug_mesh *mesh, int32_t *component, int32_t *count)
@@ -114,7 +113,7 @@ tug_status tug_spread_vertices(const tug_mesh *mesh, int32_t first, int32_t coun
             "tug_spread_vertices: %d of %d vertices are wanted", count, mesh->vertex_count);
     REQUIRE(first >= 0 && first < mesh->vertex_count, "tug_spread_vertices: there is no vertex %d",
             first);
-    return name_failure("tug_spread_vertices", spread_vertices(mesh, first, count, vertices));
+    return spread_vertices(mesh, first, count, vertices);
 }
 
 void tug_default_weights_options(tug_weights_options *options)
@@ -151,9 +150,8 @@ tug_status tug_compute_weights(const tug_mesh *mesh, const int32_t *handle_start
         }
     }
     progress_range range = whole_range(progress, user);
-    return name_failure("tug_compute_weights",
-                        bounded_biharmonic_weights(mesh, handle_starts, handle_vertices,
-                                                   handle_count, options, &range, weights, info));
+    return bounded_biharmonic_weights(mesh, handle_starts, handle_vertices, handle_count, options,
+                                      &range, weights, info);
 }
 
 tug_status tug_cluster_triangles(const tug_mesh *mesh, const double *weights, int32_t weight_count,
@@ -170,9 +168,7 @@ tug_status tug_cluster_triangles(const tug_mesh *mesh, const double *weights, in
     REQUIRE(bad < 0, "tug_cluster_triangles: a weight of vertex %td is not finite",
             bad / weight_count);
     progress_range range = whole_range(progress, user);
-    return name_failure(
-        "tug_cluster_triangles",
-        cluster_triangles(mesh, weights, weight_count, wanted, &range, groups, group_count));
+    return cluster_triangles(mesh, weights, weight_count, wanted, &range, groups, group_count);
 }
 
 static tug_status check_rows(const tug_rows *rows, int32_t vertex_count)
@@ -254,9 +250,8 @@ tug_status tug_create_model(const tug_mesh *mesh, const double *shapes, int32_t 
         return status;
     }
     progress_range range = whole_range(progress, user);
-    return name_failure("tug_create_model",
-                        model_create(mesh, shapes, shape_count, weights, weight_count, rows, groups,
-                                     group_count, &range, out));
+    return model_create(mesh, shapes, shape_count, weights, weight_count, rows, groups, group_count,
+                        &range, out);
 }
 
 void tug_destroy_model(tug_model *model)
@@ -301,7 +296,7 @@ tug_status tug_load_model(const void *blob, size_t size, tug_model **out)
     REQUIRE_POINTER("tug_load_model", out);
     *out = NULL;
     REQUIRE_POINTER("tug_load_model", blob);
-    return name_failure("tug_load_model", model_load(blob, size, out));
+    return model_load(blob, size, out);
 }
 
 void tug_default_solver_options(tug_solver_options *options)
@@ -332,7 +327,7 @@ tug_status tug_create_solver(const tug_model *model, const tug_solver_options *o
             "tug_create_solver: the prior is %g: it cannot be negative", options->prior);
     REQUIRE(options->tolerance > 0.0, "tug_create_solver: the tolerance must be above zero");
     REQUIRE(options->max_rounds > 0, "tug_create_solver: max_rounds must be above zero");
-    return name_failure("tug_create_solver", solver_create(model, options, out));
+    return solver_create(model, options, out);
 }
 
 void tug_destroy_solver(tug_solver *solver)
@@ -407,7 +402,5 @@ tug_status tug_minimise_blend(int32_t group_count, int32_t shape_count, const do
     REQUIRE(find_not_finite(Q, n * n) < 0 && find_not_finite(c, n) < 0 && isfinite(r) &&
                 find_not_finite(d, n) < 0,
             "tug_minimise_blend: a coefficient is not finite");
-    return name_failure(
-        "tug_minimise_blend",
-        minimise_blend_alone(group_count, shape_count, Q, c, r, d, lambda, squared, blend, info));
+    return minimise_blend_alone(group_count, shape_count, Q, c, r, d, lambda, squared, blend, info);
 }

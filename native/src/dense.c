@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "dense.h"
 
+#include "dispatch.h"
+
 #include <cblas.h>
 #include <math.h>
 
@@ -69,7 +71,7 @@ double dot(const double *a, const double *b, size_t count)
 
 /* Our own loops: the matrices of a solve have 5 to 100 rows, where LAPACK's call costs more than
  * the work, and its thread-dependent blocking would make results depend on the machine. */
-int cholesky_factor(double *A, int32_t n)
+DISPATCHED int cholesky_factor(double *A, int32_t n)
 {
     for (int32_t i = 0; i < n; i++) {
         double *row = A + (size_t)i * (size_t)n;
@@ -91,7 +93,7 @@ int cholesky_factor(double *A, int32_t n)
     return 1;
 }
 
-void cholesky_solve(const double *G, int32_t n, double *b, int32_t columns)
+DISPATCHED void cholesky_solve(const double *G, int32_t n, double *b, int32_t columns)
 {
     for (int32_t i = 0; i < n; i++) {
         const double *row = G + (size_t)i * (size_t)n;

@@ -120,7 +120,8 @@ static tug_status find_constant(tug_model *model)
     }
     release(products);
     return definite ? TUG_OK
-                    : fail(TUG_ERROR_ARGUMENT, "the weight functions depend on each other");
+                    : fail(TUG_ERROR_ARGUMENT,
+                           "tug_create_model: the weight functions depend on each other");
 }
 
 /* X = rows of D at the constraints, and the constrained values of each shape. */
@@ -474,7 +475,8 @@ tug_status model_create(const tug_mesh *mesh, const double *shapes, int32_t shap
         .unit = bounding_diagonal(shapes, mesh->vertex_count, mesh->dimension),
     };
     if (!(header.unit > 0.0)) {
-        return fail(TUG_ERROR_ARGUMENT, "all vertices of shape 0 are in one place");
+        return fail(TUG_ERROR_ARGUMENT,
+                    "tug_create_model: all vertices of shape 0 are in one place");
     }
     build w = {.given_rows = rows};
     status = model_allocate(&header, &w.model);

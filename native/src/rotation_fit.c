@@ -2,6 +2,7 @@
 #include "rotation_fit.h"
 
 #include "dense.h"
+#include "dispatch.h"
 #include "memory.h"
 #include "rotation.h"
 
@@ -15,17 +16,19 @@ int rotation_workspace_create(int32_t groups, int32_t k, rotation_workspace *w)
 {
     size_t G = (size_t)groups, size = G * (size_t)tangent_size(k), kk = (size_t)(k * k);
     w->CR = allocate(G * kk, sizeof *w->CR);
+    w->columns = allocate(G * kk, sizeof *w->columns);
     w->gradient = allocate(size, sizeof *w->gradient);
     w->hessian = allocate(size * size, sizeof *w->hessian);
     w->factor = allocate(size * size, sizeof *w->factor);
     w->step = allocate(size, sizeof *w->step);
     w->trial = allocate(G * kk, sizeof *w->trial);
-    return w->CR && w->gradient && w->hessian && w->factor && w->step && w->trial;
+    return w->CR && w->columns && w->gradient && w->hessian && w->factor && w->step && w->trial;
 }
 
 void rotation_workspace_destroy(rotation_workspace *w)
 {
     release(w->CR);
+    release(w->columns);
     release(w->gradient);
     release(w->hessian);
     release(w->factor);
@@ -33,27 +36,47 @@ void rotation_workspace_destroy(rotation_workspace *w)
     release(w->trial);
 }
 
-/* CR_g = sum_h C_gh R_h^T */
-static void multiply_stacked(const rotation_energy *energy, const double *R, double *CR)
+/* y_a += factor_a x for the k vectors y_a that follow each other. */
+DISPATCHED static void add_multiples(int32_t k, int32_t size, const double *factor, const double *x,
+                                     double *y)
 {
-    int32_t k = energy->k, size = energy->groups * k;
-    for (int32_t i = 0; i < size; i++) {
-        const double *row = energy->C + (size_t)i * (size_t)size;
-        double sum[3] = {0.0, 0.0, 0.0};
-        for (int32_t j = 0; j < size; j++) {
-            const double *transposed = R + (size_t)((j / k) * k * k + j % k);
-            for (int32_t a = 0; a < k; a++) {
-                sum[a] += row[j] * transposed[a * k];
-            }
+    double *first = y, *second = y + size, *third = y + (k - 1) * size;
+    if (k == 2) {
+        for (int32_t i = 0; i < size; i++) {
+            first[i] += factor[0] * x[i];
+            second[i] += factor[1] * x[i];
         }
-        memcpy(CR + (size_t)(i * k), sum, (size_t)k * sizeof *CR);
+        return;
+    }
+    for (int32_t i = 0; i < size; i++) {
+        first[i] += factor[0] * x[i];
+        second[i] += factor[1] * x[i];
+        third[i] += factor[2] * x[i];
+    }
+}
+
+/* CR_g = sum_h C_gh R_h^T. C is symmetric, so its rows serve as columns and every inner loop runs
+ * along memory. */
+static void multiply_stacked(const rotation_energy *energy, const double *R, rotation_workspace *w)
+{
+    int32_t k = energy->k, kk = k * k, size = energy->groups * k;
+    memset(w->columns, 0, (size_t)(size * k) * sizeof *w->columns);
+    for (int32_t j = 0; j < size; j++) {
+        double factor[3];
+        for (int32_t a = 0; a < k; a++) {
+            factor[a] = R[j / k * kk + a * k + j % k];
+        }
+        add_multiples(k, size, factor, energy->C + (size_t)j * (size_t)size, w->columns);
+    }
+    for (int32_t i = 0; i < size * k; i++) {
+        w->CR[i] = w->columns[i % k * size + i / k];
     }
 }
 
 double evaluate_rotations(const rotation_energy *energy, const double *R, rotation_workspace *w)
 {
     int32_t k = energy->k, kk = k * k;
-    multiply_stacked(energy, R, w->CR);
+    multiply_stacked(energy, R, w);
     double sum = 0.0;
     for (int32_t g = 0; g < energy->groups; g++) {
         sum += 0.5 * trace_of_product(k, R + g * kk, w->CR + g * kk) -
@@ -110,7 +133,7 @@ void differentiate_rotations(const rotation_energy *energy, const double *R, rot
 {
     int32_t k = energy->k, kk = k * k, t = tangent_size(k);
     size_t size = (size_t)(energy->groups * t);
-    multiply_stacked(energy, R, w->CR);
+    multiply_stacked(energy, R, w);
     memset(w->hessian, 0, size * size * sizeof *w->hessian);
     for (int32_t g = 0; g < energy->groups; g++) {
         double pull[9], A[9], own[9];

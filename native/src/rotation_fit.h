@@ -24,6 +24,7 @@ static const double LEAST_PRIOR = 1e-7;
 /* Room for fits of `groups` rotations. */
 typedef struct rotation_workspace {
     double *CR;       /* G k by k: C times the stacked R^T */
+    double *columns;  /* k by G k: the columns of CR */
     double *gradient; /* G tangent components */
     double *hessian;  /* of f in the tangent components, square */
     double *factor;   /* the same, factored */

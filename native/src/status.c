@@ -3,7 +3,6 @@
 
 #include <stdarg.h>
 #include <stdio.h>
-#include <string.h>
 
 static _Thread_local char error_text[1024];
 
@@ -19,16 +18,6 @@ tug_status fail(tug_status status, const char *format, ...)
 tug_status fail_memory(void)
 {
     return fail(TUG_ERROR_MEMORY, "not enough memory");
-}
-
-tug_status name_failure(const char *call, tug_status status)
-{
-    if (status != TUG_OK && strncmp(error_text, call, strlen(call)) != 0) {
-        char text[sizeof error_text];
-        memcpy(text, error_text, sizeof text);
-        fail(status, "%s: %s", call, text);
-    }
-    return status;
 }
 
 const char *tug_error_text(void)

@@ -11,9 +11,6 @@ tug_status fail(tug_status status, const char *format, ...) __attribute__((forma
 /* fail() for an allocation of which nothing more can be said. */
 tug_status fail_memory(void);
 
-/* Put "call: " before the text of a failure that does not name its call yet; returns `status`. */
-tug_status name_failure(const char *call, tug_status status);
-
 /* The part [start, start + span] of a caller's progress bar that belongs to one stage. */
 typedef struct progress_range {
     tug_progress callback; /* may be NULL */

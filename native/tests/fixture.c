@@ -268,6 +268,14 @@ void mix_targets(const fixture *f, uint64_t *state, double noise, double *target
     }
 }
 
+double dictionary_column(const fixture *f, int32_t column, int32_t vertex)
+{
+    int32_t block = 1 + f->shapes * f->dimension, h = column / block, c = column % block - 1;
+    double weight = f->weight[vertex * f->weights + h];
+    return c < 0 ? weight
+                 : weight * shape_of(f, c / f->dimension)[vertex * f->dimension + c % f->dimension];
+}
+
 double half_cotangent(const fixture *f, int32_t corner)
 {
     int32_t k = f->dimension;
@@ -281,6 +289,23 @@ double half_cotangent(const fixture *f, int32_t corner)
         uu += u * u, uv += u * v, vv += v * v;
     }
     return 0.5 * uv / sqrt(uu * vv - uv * uv);
+}
+
+void find_moments(const fixture *f, int32_t s, const double *positions, double *M)
+{
+    int32_t k = f->dimension, kk = k * k;
+    const double *p = shape_of(f, s);
+    memset(M, 0, (size_t)(f->groups * kk) * sizeof *M);
+    for (int32_t i = 0; i < 3 * f->triangles; i++) {
+        int32_t from = f->triangle[i / 3 * 3 + (i + 1) % 3],
+                to = f->triangle[i / 3 * 3 + (i + 2) % 3];
+        double weight = half_cotangent(f, i);
+        for (int32_t e = 0; e < kk; e++) {
+            M[f->group[i / 3] * kk + e] +=
+                weight * (p[to * k + e / k] - p[from * k + e / k]) *
+                (positions[to * k + e % k] - positions[from * k + e % k]);
+        }
+    }
 }
 
 /* |q_e - sum_s B_gs R_gs p_se|^2 of the edge from vertex i to vertex j. */

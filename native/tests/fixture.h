@@ -65,9 +65,17 @@ void apply_rows(const fixture *f, const double *positions, double *values);
  * the diagonal. */
 void mix_targets(const fixture *f, uint64_t *state, double noise, double *targets);
 
+/* Column `column` of the papers' dictionary at a vertex: W_h, or W_h times a coordinate of a shape.
+ */
+double dictionary_column(const fixture *f, int32_t column, int32_t vertex);
+
 /* Half the cotangent of the rest shape's angle at corner i % 3 of triangle i / 3: the weight of the
  * edge opposite of it. */
 double half_cotangent(const fixture *f, int32_t corner);
+
+/* M_g = sum of half cotangents times p_e q_e^T, from the edges of shape s to those of a pose: #G by
+ * k by k. */
+void find_moments(const fixture *f, int32_t s, const double *positions, double *M);
 
 /* E_g of (A 7) and (A 9) without the one half, for every group: the sum over the edges of its
  * triangles of half cotangent times |q_e - sum_s B_gs R_gs p_se|^2. */

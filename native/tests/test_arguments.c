@@ -340,7 +340,8 @@ static void models_that_cannot_be_are_named(void)
     tug_mesh *mesh = make_mesh(&f);
     tug_model *model = RUBBISH;
     spoil_error_text();
-    CHECK(refused(tug_create_model_of(&f, mesh, &model), TUG_ERROR_HANDLES, "tug_create_model"));
+    CHECK(tug_create_model_of(&f, mesh, &model) == TUG_ERROR_HANDLES);
+    CHECK(strstr(tug_error_text(), "no two may hold the same place") != NULL);
     CHECK(model == NULL);
     tug_destroy_mesh(mesh);
 
@@ -349,10 +350,11 @@ static void models_that_cannot_be_are_named(void)
     mesh = make_mesh(&f);
     model = RUBBISH;
     spoil_error_text();
-    CHECK(refused(tug_create_model_of(&f, mesh, &model), TUG_ERROR_MESH, "tug_create_model"));
+    CHECK(tug_create_model_of(&f, mesh, &model) == TUG_ERROR_MESH);
+    CHECK(strstr(tug_error_text(), "no area") != NULL);
     CHECK(model == NULL);
     int32_t sample = -7;
-    CHECK(REFUSED_WITH(TUG_ERROR_MESH, tug_spread_vertices, mesh, 0, 1, &sample));
+    CHECK(tug_spread_vertices(mesh, 0, 1, &sample) == TUG_ERROR_MESH);
     CHECK(sample == -7);
     tug_destroy_mesh(mesh);
 }

@@ -174,7 +174,7 @@ static void sweep_allocations(call make)
         int status = make(&b);
         fail_allocations_after(-1);
         CHECK(status == TUG_ERROR_MEMORY);
-        CHECK(strncmp(tug_error_text(), "tug_", 4) == 0 && strstr(tug_error_text(), "memory"));
+        CHECK(strstr(tug_error_text(), "memory") != NULL);
         CHECK(live_allocations() == live);
     }
     CHECK(make(&b) == TUG_OK); /* none of it did harm */
