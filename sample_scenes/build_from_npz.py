@@ -9,24 +9,16 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import numpy as np  # noqa: E402
 
+from addon.solver import Mesh  # noqa: E402
 from sample_scenes.sample import BASIS, LAST_FRAME, Sample, Waypoint  # noqa: E402
 from sample_scenes.script import arguments, registered, report, save_scene  # noqa: E402
-
-
-def farthest_points(points: np.ndarray, count: int) -> list[int]:
-    """Vertex 0, then always the vertex farthest from those before; `points` is #V by 3."""
-    chosen = [0]
-    nearest = np.linalg.norm(points - points[0], axis=1)
-    while len(chosen) < count:
-        chosen.append(int(np.argmax(nearest)))
-        nearest = np.minimum(nearest, np.linalg.norm(points - points[chosen[-1]], axis=1))
-    return chosen
 
 
 def sample_of(path: Path, shapes: int, handles: int, y_up: bool) -> Sample:
@@ -37,16 +29,18 @@ def sample_of(path: Path, shapes: int, handles: int, y_up: bool) -> Sample:
         poses = np.pad(poses, ((0, 0), (0, 0), (0, 1)))
     names = [BASIS, *(str(name) for name in data["names"][1:shapes])]
     frames = np.linspace(1, LAST_FRAME, len(names) + 1).round().astype(int)
-    return Sample(
+    sample = Sample(
         name=path.stem,
         faces=data["faces" if "faces" in data else "quads"].tolist(),
         shapes=dict(zip(names, poses, strict=True)),
-        handles={
-            f"Handle {i}": v for i, v in enumerate(farthest_points(poses[0], handles), start=1)
-        },
+        handles={},
         motion=[Waypoint(int(f), n) for f, n in zip(frames, [*names, BASIS], strict=True)],
         y_up=y_up,
     )
+    with Mesh(poses[0], sample.triangles()) as mesh:
+        spread = mesh.spread(handles).tolist()
+    named = {f"Handle {number}": vertex for number, vertex in enumerate(spread, start=1)}
+    return replace(sample, handles=named)
 
 
 def main() -> None:
@@ -54,7 +48,7 @@ def main() -> None:
     parser.add_argument("file", type=Path, metavar="FILE.npz")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.blend")
     parser.add_argument("--shapes", type=int, required=True, help="the first so many poses")
-    parser.add_argument("--handles", type=int, required=True, help="how many farthest points")
+    parser.add_argument("--handles", type=int, required=True, help="how many, spread from vertex 0")
     parser.add_argument("--y-up", action="store_true", help="stand the object up")
     options = parser.parse_args(arguments())
     with registered():
