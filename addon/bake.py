@@ -69,6 +69,8 @@ def bake_rigs(
     if last < first:
         raise RigError(f"there is nothing to bake from frame {first} to {last}")
     files = {obj: _absolute(path) for obj, path in paths.items()}
+    if len(set(files.values())) < len(files):
+        raise RigError("two rigs would be baked to the same file: rename one of them")
     for obj in files:
         live.touch(obj)
         live.current(obj, bpy.context.scene)

@@ -41,11 +41,13 @@ def paused() -> Iterator[None]:
 def _pose_rigs(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     if _paused:
         return
+    posed = set()  # a linked duplicate shows the pose of the object that comes first
     for obj in scene.objects:
-        if obj.type != "MESH" or not obj.tug.bound or obj.data.is_editmode:
+        if obj.type != "MESH" or not obj.tug.bound or obj.data in posed:
             continue
-        if mesh_cache.shown(obj, depsgraph.mode):
+        if obj.data.is_editmode or mesh_cache.shown(obj, depsgraph.mode):
             continue
+        posed.add(obj.data)
         try:
             rig.solve(obj, depsgraph)
         except (RigError, LibraryError) as error:

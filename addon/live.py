@@ -113,8 +113,9 @@ def solver_options(obj: bpy.types.Object) -> dict[str, float]:
     rig = obj.tug
     return {
         "form": Form[rig.form],
-        "lambda_": rig.selectivity,
-        "prior": rig.steadiness,
+        # Properties are float32: this is the number that was typed.
+        "lambda_": round(rig.selectivity, 6),
+        "prior": round(rig.steadiness, 6),
         "single_blend": rig.single_blend,
         "squared": rig.squared,
     }
@@ -127,9 +128,12 @@ def part(progress: Progress | None, start: float, end: float) -> Progress | None
     return lambda stage, fraction: progress(stage, start + (end - start) * fraction)
 
 
-def in_scene(handle: bpy.types.PropertyGroup, scene: bpy.types.Scene) -> bool:
-    """Deleting an empty takes it out of the scene, but the rig's pointer keeps it in the file."""
-    return handle.empty is not None and handle.empty.name in scene.objects
+def alive(obj: bpy.types.Object, scene: bpy.types.Scene) -> list[bool]:
+    """For each handle, whether its empty is still there. Deleting an empty in the viewport takes it
+    out of the scene only: the pointer of the rig keeps it in the file."""
+    names = set(scene.objects.keys())  # many times faster than asking for each name
+    empties = [handle.empty for handle in obj.tug.handles]
+    return [empty is not None and empty.name in names for empty in empties]
 
 
 def _refreshed(obj: bpy.types.Object, live: Live | None) -> Live:
@@ -153,17 +157,20 @@ def _refreshed(obj: bpy.types.Object, live: Live | None) -> Live:
 def _check_cheap(obj: bpy.types.Object, scene: bpy.types.Scene) -> None:
     """What can be told in microseconds of a rig that no longer is what was bound."""
     inputs.check_object(obj)
-    rig, keys = obj.tug, obj.data.shape_keys.key_blocks
+    rig, keys = obj.tug, obj.data.shape_keys
     if not rig.bound:
         raise RigError(f'"{obj.name}" is not bound: bind it first')
+    examples = inputs.bound_examples(obj)
     if len(obj.data.vertices) != rig.vertex_count:
         counts = f"from {rig.vertex_count} to {len(obj.data.vertices)}"
         raise _stale(obj, f"its number of vertices went {counts}")
-    for name in (rig.result, *inputs.bound_examples(obj)):
-        if name not in keys:
+    for name in (rig.result, *examples):
+        if name not in keys.key_blocks:
             raise _stale(obj, f'its shape key "{name}" was deleted or renamed')
-    for handle in rig.handles:
-        if not in_scene(handle, scene):
+    if keys.reference_key.name != examples[0]:
+        raise _stale(obj, f'its shape key "{examples[0]}" is no longer the first')
+    for handle, is_alive in zip(rig.handles, alive(obj, scene), strict=True):
+        if not is_alive:
             raise _stale(obj, f'its handle "{handle.name}" was deleted')
         if not handle.group:
             raise _stale(obj, f'its handle "{handle.name}" is new')

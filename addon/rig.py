@@ -153,20 +153,28 @@ def _targets(
         ]
     )
     matrix = np.array(obj.evaluated_get(depsgraph).matrix_world)
-    try:
-        inverse = np.linalg.inv(matrix)
-    except np.linalg.LinAlgError:
-        raise RigError(f'"{obj.name}" has a scale of zero: its handles cannot be told') from None
-    return world @ inverse[:3, :3].T + inverse[:3, 3]
+    x, y, z = matrix[:3, :3].T
+    volume = x @ np.cross(y, z)
+    if volume == 0:
+        raise RigError(f'"{obj.name}" has a scale of zero: its handles cannot be told apart')
+    # By Cramer's rule: LAPACK's threads take milliseconds to start beside Blender's.
+    offset = world - matrix[:3, 3]
+    return offset @ np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=1) / volume
 
 
 def _handle_collection(obj: bpy.types.Object) -> bpy.types.Collection:
-    rig = obj.tug
+    rig, scene = obj.tug, bpy.context.scene.collection
     if rig.collection is None:
         rig.collection = bpy.data.collections.new(f"{obj.name} Handles")
-        homes = obj.users_collection or (bpy.context.scene.collection,)
-        homes[0].children.link(rig.collection)
+    if rig.collection not in scene.children_recursive:  # new, or deleted in the Outliner
+        home = obj.users_collection[0] if obj.users_collection else scene
+        home.children.link(rig.collection)
     return rig.collection
+
+
+def _alive_handles(obj: bpy.types.Object) -> list[bpy.types.PropertyGroup]:
+    is_alive = live.alive(obj, bpy.context.scene)
+    return [handle for handle, there in zip(obj.tug.handles, is_alive, strict=True) if there]
 
 
 def _group(handle: bpy.types.PropertyGroup) -> str:
@@ -174,7 +182,7 @@ def _group(handle: bpy.types.PropertyGroup) -> str:
 
 
 def _plan(obj: bpy.types.Object) -> _Plan:
-    handles = [handle for handle in obj.tug.handles if live.in_scene(handle, bpy.context.scene)]
+    handles = _alive_handles(obj)
     examples, vertices = inputs.ticked(obj), _found_again(obj, handles)
     given = inputs.gather(obj, examples, handles, vertices)
     return _Plan(examples, given, compute=_must_compute(obj, handles))
@@ -207,9 +215,8 @@ def _must_compute(obj: bpy.types.Object, handles: Sequence[bpy.types.PropertyGro
     Raises RigError where computing them would overwrite what the artist painted.
     """
     present = [_group(handle) for handle in handles if _group(handle) in obj.vertex_groups]
-    bound = [handle for handle in obj.tug.handles if handle.group]
-    deleted = [handle for handle in bound if not live.in_scene(handle, bpy.context.scene)]
-    moved = [handle for handle in bound if handle.rest_vertex != handle.vertex]
+    deleted = sum(1 for h in obj.tug.handles if h.group) > sum(1 for h in handles if h.group)
+    moved = any(h.group and h.rest_vertex != h.vertex for h in handles)
     if len(present) == len(handles) and not deleted and not moved:
         return False
     ours = _groups_of_tug(obj)
@@ -236,7 +243,7 @@ def _groups_of_tug(obj: bpy.types.Object) -> set[str]:
 
 def _build(obj: bpy.types.Object, plan: _Plan, progress: Progress | None) -> _Built:
     """Everything that takes time or may fail; changes nothing of the scene."""
-    handles = [handle for handle in obj.tug.handles if live.in_scene(handle, bpy.context.scene)]
+    handles = _alive_handles(obj)
     times = [time.perf_counter()]
     with Mesh(plan.given.solved_shapes[0], plan.given.triangles) as mesh:
         report = mesh.check()
@@ -267,12 +274,14 @@ def _compute(
 
 
 def _drop_deleted_handles(obj: bpy.types.Object) -> None:
-    handles, ours = obj.tug.handles, _groups_of_tug(obj)
+    handles, is_alive = obj.tug.handles, live.alive(obj, bpy.context.scene)
+    if all(is_alive):
+        return
+    ours = _groups_of_tug(obj)
     for number in reversed(range(len(handles))):
-        handle = handles[number]
-        if not live.in_scene(handle, bpy.context.scene):
-            if handle.group in ours:
-                obj.vertex_groups.remove(obj.vertex_groups[handle.group])
+        if not is_alive[number]:
+            if (group := handles[number].group) in ours:
+                obj.vertex_groups.remove(obj.vertex_groups[group])
             handles.remove(number)
 
 

@@ -44,22 +44,28 @@ class Bar:
 
 @contextmanager
 def cancelling() -> Iterator[Callable[[], None]]:
-    """Within the block Ctrl-C and a plain `kill` raise KeyboardInterrupt, which Blender's own
-    handlers would not; so does the function it gives, where ESC was pressed since its last call."""
-    previous = {
-        number: signal.signal(number, signal.default_int_handler)
-        for number in (signal.SIGINT, signal.SIGTERM)
-    }
+    """Gives a function to call often: it raises KeyboardInterrupt after ESC, Ctrl-C or a `kill`.
+
+    A signal does not raise by itself: it might do so within a handler that Blender calls, which
+    swallows exceptions.
+    """
+    signalled = []
+
+    def note(number: int, _frame: object) -> None:
+        signalled.append(number)
+
+    previous = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         with _keyboard() as pressed:
 
             def check() -> None:
-                if pressed() == ESCAPE:  # arrow keys start with it too
+                if signalled or pressed() == ESCAPE:  # arrow keys start with it too
                     raise KeyboardInterrupt
 
             yield check
     finally:
         for number, handler in previous.items():
+            # None: a handler that is not Python's, and that Python cannot put back.
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
 
 

@@ -126,6 +126,13 @@ def test_several_rigs_are_baked_in_one_pass(tmp_path):
     assert np.abs(first[5] - first[0]).max() > 0.1
 
 
+def test_two_rigs_are_not_baked_to_one_file(tmp_path):
+    rigs = [bound_rig("First", "first "), bound_rig("Second", "second ")]
+    with pytest.raises(RigError, match="two rigs would be baked to the same file"):
+        bake.bake_rigs(dict.fromkeys(rigs, tmp_path / "tube.pc2"), 1, 6)
+    assert not list(tmp_path.iterdir())
+
+
 def test_progress_goes_from_frame_to_frame(obj, tmp_path):
     seen = []
     bake.bake(obj, 1, 4, tmp_path / "tube.pc2", lambda *step: seen.append(step))

@@ -39,6 +39,17 @@ def test_every_rig_of_the_scene_is_posed():
         assert_close(evaluated(obj), expected(obj))
 
 
+def test_a_linked_duplicate_shows_the_pose_of_the_original():
+    obj = bound_rig()
+    animate(obj)
+    copy = obj.copy()
+    copy.location.x += 10
+    bpy.context.scene.collection.objects.link(copy)
+    bpy.context.scene.frame_set(7)
+    assert_close(evaluated(obj), expected(obj))
+    assert_close(evaluated(copy), expected(obj))
+
+
 def test_a_rig_that_cannot_be_posed_is_told_of_once_and_leaves_others_alone(capsys):
     broken, sound = bound_rig("Broken", "broken "), bound_rig("Sound", "sound ")
     animate(sound)

@@ -10,7 +10,7 @@ import pytest
 from support import add_rig, bound_rig
 
 import addon
-from addon import handlers, native, rig
+from addon import handlers, live, native, rig
 
 MANIFEST = Path(addon.__file__).parent / "blender_manifest.toml"
 
@@ -48,6 +48,19 @@ def test_a_rig_outlives_disabling_the_add_on():
     addon.register()
     assert obj.tug.bound
     rig.solve(obj, bpy.context.evaluated_depsgraph_get())
+
+
+def test_the_settings_start_as_those_of_the_library():
+    options = native.tug_solver_options()
+    native.library().tug_default_solver_options(options)
+    obj = bpy.data.objects.new("Any", None)
+    assert live.solver_options(obj) == {
+        "form": options.form,
+        "lambda_": getattr(options, "lambda"),
+        "prior": options.prior,
+        "single_blend": options.single_blend,
+        "squared": options.squared,
+    }
 
 
 def test_without_the_library_the_add_on_registers_and_a_bind_says_what_is_missing(monkeypatch):

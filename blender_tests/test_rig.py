@@ -73,6 +73,13 @@ def test_a_handle_shows_a_pinned_key_and_a_masked_one():
     np.testing.assert_allclose(second.location, evaluated(obj)[HANDLES["Middle"]], atol=1e-6)
 
 
+def test_a_collection_that_was_deleted_is_linked_again():
+    obj = add_rig()
+    bpy.context.scene.collection.children.unlink(obj.tug.collection)
+    rig.add_handle(obj, 40, "Fourth")
+    assert rig.bind(obj).handles == 4
+
+
 def test_a_handle_needs_a_vertex_that_exists():
     obj = add_tube()
     before = state(obj)
