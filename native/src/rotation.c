@@ -4,63 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-void identity_matrix(int32_t k, double *I)
-{
-    for (int32_t i = 0; i < k * k; i++) {
-        I[i] = i % (k + 1) == 0 ? 1.0 : 0.0;
-    }
-}
-
-void multiply(int32_t k, const double *A, const double *B, double *C)
-{
-    for (int32_t i = 0; i < k; i++) {
-        for (int32_t j = 0; j < k; j++) {
-            double sum = 0.0;
-            for (int32_t l = 0; l < k; l++) {
-                sum += A[i * k + l] * B[l * k + j];
-            }
-            C[i * k + j] = sum;
-        }
-    }
-}
-
-void multiply_nt(int32_t k, const double *A, const double *B, double *C)
-{
-    for (int32_t i = 0; i < k; i++) {
-        for (int32_t j = 0; j < k; j++) {
-            double sum = 0.0;
-            for (int32_t l = 0; l < k; l++) {
-                sum += A[i * k + l] * B[j * k + l];
-            }
-            C[i * k + j] = sum;
-        }
-    }
-}
-
-void multiply_tn(int32_t k, const double *A, const double *B, double *C)
-{
-    for (int32_t i = 0; i < k; i++) {
-        for (int32_t j = 0; j < k; j++) {
-            double sum = 0.0;
-            for (int32_t l = 0; l < k; l++) {
-                sum += A[l * k + i] * B[l * k + j];
-            }
-            C[i * k + j] = sum;
-        }
-    }
-}
-
-double trace_of_product(int32_t k, const double *A, const double *B)
-{
-    double sum = 0.0;
-    for (int32_t i = 0; i < k; i++) {
-        for (int32_t j = 0; j < k; j++) {
-            sum += A[i * k + j] * B[j * k + i];
-        }
-    }
-    return sum;
-}
-
 void axial_vector(int32_t k, const double *M, double *a)
 {
     if (k == 2) {

@@ -4,15 +4,13 @@
 #ifndef TUG_ROTATION_H
 #define TUG_ROTATION_H
 
-#include <stdint.h>
+#include "small_matrix.h"
 
 /* Components of a tangent vector: 1 in the plane, 3 in space. */
 static inline int32_t tangent_size(int32_t k)
 {
     return k == 3 ? 3 : 1;
 }
-
-void identity_matrix(int32_t k, double *I);
 
 /* The rotation R that maximises tr(R M), (A 22). Where M leaves a choice (rank below k - 1), some
  * maximiser. */
@@ -26,11 +24,5 @@ double angle_between(int32_t k, const double *A, const double *B);
 
 /* a with tr(W M) = a . w for the skew matrix W of every w. */
 void axial_vector(int32_t k, const double *M, double *a);
-
-/* k by k products: C = A B, C = A B^T and tr(A B). */
-void multiply(int32_t k, const double *A, const double *B, double *C);
-void multiply_nt(int32_t k, const double *A, const double *B, double *C);
-void multiply_tn(int32_t k, const double *A, const double *B, double *C);
-double trace_of_product(int32_t k, const double *A, const double *B);
 
 #endif

@@ -129,34 +129,46 @@ static void turned_block(const rotation_energy *energy, const double *R, int32_t
     multiply_nt(k, half, R + h * kk, M);
 }
 
-void differentiate_rotations(const rotation_energy *energy, const double *R, rotation_workspace *w)
+/* Gradient of one group, and its own block of the Hessian. */
+static void differentiate_group(const rotation_energy *energy, const double *R, int32_t g,
+                                rotation_workspace *w)
 {
     int32_t k = energy->k, kk = k * k, t = tangent_size(k);
+    size_t size = (size_t)(energy->groups * t);
+    double pull[9], A[9], own[9];
+    for (int32_t i = 0; i < kk; i++) {
+        pull[i] = energy->L[g * kk + i] - w->CR[g * kk + i];
+    }
+    multiply(k, R + g * kk, pull, A);
+    axial_vector(k, A, w->gradient + g * t);
+    for (int32_t i = 0; i < t; i++) {
+        w->gradient[g * t + i] *= -1.0;
+    }
+    /* A group's coupling with itself, tr(R C R^T), does not depend on R. */
+    turned_block(energy, R, g, g, own);
+    for (int32_t i = 0; i < kk; i++) {
+        A[i] += own[i];
+    }
+    add_own(k, A, w->hessian + (size_t)(g * t) * (size + 1), size);
+}
+
+void differentiate_rotations(const rotation_energy *energy, const double *R, rotation_workspace *w)
+{
+    int32_t k = energy->k, t = tangent_size(k);
     size_t size = (size_t)(energy->groups * t);
     multiply_stacked(energy, R, w);
     memset(w->hessian, 0, size * size * sizeof *w->hessian);
     for (int32_t g = 0; g < energy->groups; g++) {
-        double pull[9], A[9], own[9];
-        for (int32_t i = 0; i < kk; i++) {
-            pull[i] = energy->L[g * kk + i] - w->CR[g * kk + i];
+        differentiate_group(energy, R, g, w);
+        for (int32_t h = g + 1; h < energy->groups; h++) {
+            double coupling[9];
+            turned_block(energy, R, g, h, coupling);
+            add_coupling(k, coupling, w->hessian + (size_t)(g * t) * size + (size_t)(h * t), size);
         }
-        multiply(k, R + g * kk, pull, A);
-        axial_vector(k, A, w->gradient + g * t);
-        for (int32_t i = 0; i < t; i++) {
-            w->gradient[g * t + i] *= -1.0;
-        }
-        for (int32_t h = 0; h < energy->groups; h++) {
-            turned_block(energy, R, g, h, own);
-            size_t place = (size_t)(g * t) * size + (size_t)(h * t);
-            if (h != g) {
-                add_coupling(k, own, w->hessian + place, size);
-                continue;
-            }
-            /* A group's coupling with itself, tr(R C R^T), does not depend on R. */
-            for (int32_t i = 0; i < kk; i++) {
-                A[i] += own[i];
-            }
-            add_own(k, A, w->hessian + place, size);
+    }
+    for (size_t i = 0; i < size; i++) {
+        for (size_t j = 0; j < i; j++) {
+            w->hessian[i * size + j] = w->hessian[j * size + i];
         }
     }
 }
