@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The paper's own form (section 5.5): a rotation per group and shape, (A 20) and (A 22-23) by
  * turns; and the form without rotations, which is one (A 20). */
-#include "solver.h"
+#include "forms.h"
 
 #include "contraction.h"
 #include "rotation.h"

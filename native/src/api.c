@@ -137,7 +137,7 @@ tug_status tug_compute_weights(const tug_mesh *mesh, const int32_t *handle_start
     REQUIRE(handle_count > 0, "tug_compute_weights: there are no handles");
     REQUIRE(options->tolerance > 0.0, "tug_compute_weights: the tolerance must be above zero");
     REQUIRE(options->max_iterations > 0 && options->threads >= 0,
-            "tug_compute_weights: iterations and threads cannot be negative");
+            "tug_compute_weights: max_iterations must be above zero and threads not negative");
     REQUIRE(handle_starts[0] == 0, "tug_compute_weights: handle_starts begins with %d, not 0",
             handle_starts[0]);
     for (int32_t h = 0; h < handle_count; h++) {

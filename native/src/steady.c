@@ -6,7 +6,7 @@
  * with the transforms eliminated. The blend is eliminated too: phi(R) = min over B of f is
  * minimised by Newton's method, downhill in every step. Second derivatives of phi are those of E_d
  * in R, less what the blend gives way on its face of the simplices. */
-#include "solver.h"
+#include "forms.h"
 
 #include "contraction.h"
 #include "dense.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "weights/bounded_biharmonic.h"
 
+#include "dense.h"
 #include "memory.h"
 #include "mesh.h"
 #include "weights/bounded_problem.h"
@@ -12,6 +13,9 @@
 
 /* The part of the progress bar up to the factor. */
 static const double factor_share = 0.3;
+
+/* Where the first leaves the energy too ill conditioned for a factor, the second. */
+static const double steepest_half_cotangent[] = {1e3, 30.0};
 
 typedef struct weights_job {
     const tug_mesh *mesh;
@@ -42,20 +46,36 @@ static void give_values(const weights_job *job, int32_t handle, double *column)
     }
 }
 
-static tug_status prepare(void *context, int32_t worker, int32_t item, const atomic_int *stop)
+static tug_status factorise(weights_job *job, double steepest)
 {
-    weights_job *job = context;
-    (void)worker, (void)item, (void)stop;
-    tug_status status = laplacian_create(job->mesh, &job->L);
-    if (status != TUG_OK || job->map.unknown_count == 0) {
-        return status;
-    }
     sparse_matrix Q;
-    status =
-        bilaplacian_part(&job->L, job->map.unknowns, job->map.unknown_count, job->map.row_of, &Q);
+    laplacian_free(&job->L);
+    tug_status status = laplacian_create(job->mesh, steepest, &job->L);
+    if (status == TUG_OK) {
+        status = bilaplacian_part(&job->L, job->map.unknowns, job->map.unknown_count,
+                                  job->map.row_of, &Q);
+    }
     if (status == TUG_OK) {
         status = sparse_factor_create(&Q, &job->factor);
         sparse_matrix_free(&Q);
+    }
+    return status;
+}
+
+static tug_status prepare(void *context, int32_t worker, int32_t item, const atomic_int *stop)
+{
+    weights_job *job = context;
+    tug_status status = TUG_ERROR_NUMERIC;
+    (void)worker, (void)item, (void)stop;
+    if (job->map.unknown_count == 0) {
+        return TUG_OK;
+    }
+    for (int i = 0; i < 2 && status == TUG_ERROR_NUMERIC; i++) {
+        status = factorise(job, steepest_half_cotangent[i]);
+    }
+    if (status == TUG_ERROR_NUMERIC) {
+        return fail(status, "tug_compute_weights: triangles too thin or too different in size: "
+                            "merge vertices by distance");
     }
     return status;
 }
@@ -159,6 +179,7 @@ tug_status bounded_biharmonic_weights(const tug_mesh *mesh, const int32_t *handl
                                       const progress_range *range, double *weights,
                                       tug_weights_info *info)
 {
+    use_one_blas_thread();
     weights_job job = {.mesh = mesh, .handle_count = handle_count};
     tug_status status =
         open_job(&job, handle_starts, handle_vertices, options->follow_nearest != 0);

@@ -4,6 +4,7 @@
 #include "memory.h"
 #include "mesh.h"
 
+#include <math.h>
 #include <string.h>
 
 /* Room for every entry before those of the same place are added up: a row gets its diagonal and two
@@ -29,7 +30,16 @@ static void put_entry(laplacian *L, int32_t *end, int32_t row, int32_t column, d
     L->values[L->starts[row]] += weight;
 }
 
-static void put_entries(const tug_mesh *mesh, laplacian *L, int32_t *end)
+static double scale_of(const double *half_cotangent, double steepest)
+{
+    double largest = steepest;
+    for (int c = 0; c < 3; c++) {
+        largest = fmax(largest, fabs(half_cotangent[c]));
+    }
+    return steepest / largest;
+}
+
+static void put_entries(const tug_mesh *mesh, double steepest, laplacian *L, int32_t *end)
 {
     for (int32_t v = 0; v < mesh->vertex_count; v++) {
         L->columns[L->starts[v]] = v;
@@ -37,9 +47,10 @@ static void put_entries(const tug_mesh *mesh, laplacian *L, int32_t *end)
     }
     for (size_t t = 0; t < (size_t)mesh->triangle_count; t++) {
         const int32_t *corner = mesh->triangles + 3 * t;
+        double scale = scale_of(mesh->half_cotangent + 3 * t, steepest);
         for (size_t c = 0; c < 3; c++) {
             int32_t a = corner[(c + 1) % 3], b = corner[(c + 2) % 3];
-            double weight = mesh->half_cotangent[3 * t + c];
+            double weight = scale * mesh->half_cotangent[3 * t + c];
             put_entry(L, end, a, b, weight);
             put_entry(L, end, b, a, weight);
         }
@@ -68,7 +79,7 @@ static void merge_entries(laplacian *L, int32_t *place)
     L->starts[L->size] = kept;
 }
 
-static tug_status fill_laplacian(const tug_mesh *mesh, laplacian *L)
+static tug_status fill_laplacian(const tug_mesh *mesh, double steepest, laplacian *L)
 {
     size_t size = (size_t)mesh->vertex_count;
     size_t entries = size + 6 * (size_t)mesh->triangle_count;
@@ -83,7 +94,7 @@ static tug_status fill_laplacian(const tug_mesh *mesh, laplacian *L)
         return fail_memory();
     }
     count_entries(mesh, L->starts);
-    put_entries(mesh, L, work);
+    put_entries(mesh, steepest, L, work);
     merge_entries(L, work);
     release(work);
     double area = 0.0;
@@ -96,14 +107,14 @@ static tug_status fill_laplacian(const tug_mesh *mesh, laplacian *L)
     return TUG_OK;
 }
 
-tug_status laplacian_create(const tug_mesh *mesh, laplacian *out)
+tug_status laplacian_create(const tug_mesh *mesh, double steepest, laplacian *out)
 {
     memset(out, 0, sizeof *out);
     if (mesh->triangle_count > (INT32_MAX - mesh->vertex_count) / 6) {
         return fail(TUG_ERROR_ARGUMENT, "%d triangles are too many for weights",
                     mesh->triangle_count);
     }
-    tug_status status = fill_laplacian(mesh, out);
+    tug_status status = fill_laplacian(mesh, steepest, out);
     if (status != TUG_OK) {
         laplacian_free(out);
     }

@@ -15,7 +15,9 @@ typedef struct laplacian {
     double *mass; /* size */
 } laplacian;
 
-tug_status laplacian_create(const tug_mesh *mesh, laplacian *out);
+/* steepest: the energy of a triangle with a larger half cotangent is scaled down to it as a whole,
+ * which leaves L positive semidefinite. Nothing sees slivers but the rounding, which they ruin. */
+tug_status laplacian_create(const tug_mesh *mesh, double steepest, laplacian *out);
 
 /* Frees the arrays, not the struct. NULL members are allowed. */
 void laplacian_free(laplacian *L);

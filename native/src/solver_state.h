@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The state of a solve: the question, the answer, and room to work; and (A 20) on it. */
+#ifndef TUG_SOLVER_STATE_H
+#define TUG_SOLVER_STATE_H
+
+#include "blend.h"
+#include "costs.h"
+#include "model.h"
+#include "rotation_fit.h"
+
+struct tug_solver {
+    const tug_model *model;
+    tug_solver_options options;
+    int solved;
+
+    /* The question. Y is about its own mean, in units of the model. */
+    double *Y; /* #H by k */
+    double middle[3];
+    double *pull; /* #G #S by k by k: K F Y */
+    double r;     /* tr(Y^T F^T L F Y) */
+    shape_costs costs;
+
+    /* The answer. */
+    double *B; /* #G by #S */
+    double *R; /* #G by #S by k by k, relative to the alignment */
+    double *T; /* unknowns by k */
+
+    /* (A 20) at the present rotations; for a single blend it is folded to one simplex. */
+    double *Q, *c, *d;                      /* #G #S square, #G #S, #G #S */
+    double *folded_Q, *folded_c, *folded_d; /* #S square, #S, #S */
+    double *folded_B;                       /* #S */
+    blend_workspace blending;
+    blend_result blend;
+
+    /* The steady form's own: one rotation per group. */
+    double *group_R, *prior_R, *kept_R; /* #G by k by k */
+    double *C, *L;                      /* the energy of the rotations at the present blend */
+    double *X;                          /* #G by k by k */
+    double *J;                          /* #G #S by tangent components of all groups */
+    double *face_J, *face_X;            /* face by the same: J on the blend's face, and solved */
+    double *face_H;                     /* face by face */
+    rotation_workspace turning;
+
+    double *V; /* #G #S k by k: blend weight times rotation, transposed */
+};
+
+tug_status solver_create(const tug_model *model, const tug_solver_options *options,
+                         tug_solver **out);
+void solver_destroy(tug_solver *solver);
+
+/* Minimise (A 20) with the solver's Q, c, d and r plus `constant`, from and to its B. */
+void solve_blend(tug_solver *solver, double constant);
+
+#endif
