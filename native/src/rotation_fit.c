@@ -78,9 +78,12 @@ double evaluate_rotations(const rotation_energy *energy, const double *R, rotati
     int32_t k = energy->k, kk = k * k;
     multiply_stacked(energy, R, w);
     double sum = 0.0;
+    w->magnitude = 0.0;
     for (int32_t g = 0; g < energy->groups; g++) {
-        sum += 0.5 * trace_of_product(k, R + g * kk, w->CR + g * kk) -
-               trace_of_product(k, R + g * kk, energy->L + g * kk);
+        double coupled = 0.5 * trace_of_product(k, R + g * kk, w->CR + g * kk);
+        double pulled = trace_of_product(k, R + g * kk, energy->L + g * kk);
+        sum += coupled - pulled;
+        w->magnitude += fabs(coupled) + fabs(pulled);
     }
     return sum;
 }
@@ -219,6 +222,7 @@ static double descend(const rotation_energy *energy, rotation_workspace *w, doub
     int32_t size = energy->groups * tangent_size(energy->k);
     size_t bytes = (size_t)(energy->groups * energy->k * energy->k) * sizeof *R;
     double before = evaluate_rotations(energy, R, w);
+    double rounding = 1e-15 * w->magnitude; /* near the optimum the decrease drowns in it */
     differentiate_rotations(energy, R, w);
     find_newton_step(size, w);
     double slope = dot(w->gradient, w->step, (size_t)size);
@@ -227,9 +231,7 @@ static double descend(const rotation_energy *energy, rotation_workspace *w, doub
     for (int halvings = 0; halvings < 40; halvings++, t *= 0.5) {
         turn_all(energy, R, t, w);
         double after = evaluate_rotations(energy, w->trial, w);
-        /* Near the optimum the decrease drowns in the rounding of f: a small step is taken there
-         * because the quadratic model says so. */
-        if (after <= before + 1e-4 * t * slope || full < 1e-6) {
+        if (after <= before + 1e-4 * t * slope + rounding) {
             memcpy(R, w->trial, bytes);
             return full;
         }

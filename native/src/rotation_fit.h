@@ -29,7 +29,8 @@ typedef struct rotation_workspace {
     double *hessian;  /* of f in the tangent components, square */
     double *factor;   /* the same, factored */
     double *step;
-    double *trial; /* G by k by k */
+    double *trial;    /* G by k by k */
+    double magnitude; /* of the terms that f was last summed from: its rounding is relative to it */
 } rotation_workspace;
 
 /* Returns 0 where memory is short; the workspace can then be freed all the same. */
