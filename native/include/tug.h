@@ -231,7 +231,7 @@ typedef struct tug_solver_options {
     int32_t warm_start;
     int32_t max_rounds; /* of blend and rotations; default 200 */
     double lambda;      /* weight of the costs in (A 10); default 0.5 */
-    double prior;       /* weight of the steady form's rotation prior; default 0.1 */
+    double prior;       /* weight of the steady form's priors; default 0.1 */
     double
         tolerance; /* a solve has converged when no rotation moves by more; radians; default 1e-6 */
 } tug_solver_options;

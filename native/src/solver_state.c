@@ -14,9 +14,9 @@ void solver_destroy(tug_solver *solver)
     double *arrays[] = {solver->Y,        solver->pull,     solver->B,        solver->R,
                         solver->T,        solver->Q,        solver->c,        solver->d,
                         solver->folded_Q, solver->folded_c, solver->folded_d, solver->folded_B,
-                        solver->group_R,  solver->prior_R,  solver->kept_R,   solver->C,
-                        solver->L,        solver->X,        solver->J,        solver->face_J,
-                        solver->face_X,   solver->face_H,   solver->V};
+                        solver->group_R,  solver->prior_R,  solver->prior_B,  solver->kept_R,
+                        solver->C,        solver->L,        solver->X,        solver->J,
+                        solver->face_J,   solver->face_X,   solver->face_H,   solver->V};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) {
         release(arrays[i]);
     }
@@ -64,6 +64,7 @@ static int allocate_solver(tug_solver *s)
         {&s->folded_B, S},
         {&s->group_R, G * kk},
         {&s->prior_R, G * kk},
+        {&s->prior_B, n},
         {&s->kept_R, G * kk},
         {&s->C, G * k * G * k},
         {&s->L, G * kk},

@@ -34,6 +34,7 @@ struct tug_solver {
 
     /* The steady form's own: one rotation per group. */
     double *group_R, *prior_R, *kept_R; /* #G by k by k */
+    double *prior_B;                    /* #G by #S */
     double *C, *L;                      /* the energy of the rotations at the present blend */
     double *X;                          /* #G by k by k */
     double *J;                          /* #G #S by tangent components of all groups */

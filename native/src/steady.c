@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* The steady form (docs/algorithm.md): one rotation R_g per group and a prior on it,
+/* The steady form (docs/algorithm.md): one rotation R_g per group, and priors on rotations and
+ * blend,
  *
- *     f(R, B) = sqrt(E_d(R, B) + eps/2 sum_g w_g |R_g - R^_g|^2) + lambda d^T B,
+ *     f(R, B) = sqrt(E_d(R, B) + eps/2 sum_g (w_g |R_g - R^_g|^2 + 3 |B_g - B^_g|^2_H)) + lambda
+ * d^T B,
  *
  * with the transforms eliminated. The blend is eliminated too: phi(R) = min over B of f is
  * minimised by Newton's method, downhill in every step. Second derivatives of phi are those of E_d
@@ -25,7 +27,7 @@ static size_t rotation_bytes(const tug_solver *solver)
  * of its energy everywhere, for groups in which all shapes are equally good (an eye, a claw). */
 static double mismatch(const tug_solver *solver, int32_t g, int32_t s)
 {
-    static const double elsewhere = 1e-3;
+    static const double elsewhere = 0.1;
     const tug_model *model = solver->model;
     int32_t S = model->header.shapes;
     double energy = 0.0, stiffness = 0.0;
@@ -40,7 +42,7 @@ static double mismatch(const tug_solver *solver, int32_t g, int32_t s)
 /* R^_g: the mean of the single-shape optima, each weighted by the inverse square of its mismatch
  * (the cost is a root of it). Exact where the handles sit on an example, and smooth in the handles.
  */
-static void find_prior(tug_solver *solver)
+static void find_rotation_prior(tug_solver *solver)
 {
     int32_t k = solver->model->header.dimension, kk = k * k;
     int32_t G = solver->model->header.groups, S = solver->model->header.shapes;
@@ -66,8 +68,8 @@ static double prior_weight(const tug_solver *solver)
     return fmax(solver->options.prior, LEAST_PRIOR);
 }
 
-/* eps sum_g w_g |R_g - R^_g|^2, to be added to r: twice the prior's energy. */
-static double prior_energy(const tug_solver *solver)
+/* eps sum_g w_g |R_g - R^_g|^2, twice the energy of the rotations' prior. */
+static double rotation_prior_energy(const tug_solver *solver)
 {
     int32_t k = solver->model->header.dimension, kk = k * k;
     double sum = 0.0;
@@ -80,15 +82,79 @@ static double prior_energy(const tug_solver *solver)
     return prior_weight(solver) * sum;
 }
 
-/* phi at the present rotations; the blend follows. */
-static double solve_blend_here(tug_solver *solver)
+/* 3 eps tr(H_gst): the quadratic form of the blends' prior, which is the rigidity energy between
+ * the blended shapes of B and B^. Shapes that agree in a group may be exchanged for nothing. */
+static double blend_prior_entry(const tug_solver *solver, int32_t g, int32_t s, int32_t t)
+{
+    int32_t k = solver->model->header.dimension, p = k * solver->model->header.shapes;
+    double trace = 0.0;
+    for (int32_t a = 0; a < k; a++) {
+        trace += solver->model->H[(size_t)(g * p + s * k + a) * (size_t)p + (size_t)(t * k + a)];
+    }
+    return 3.0 * solver->options.prior * trace;
+}
+
+/* Add the blends' prior to Q and c; returns what it adds to r. */
+static double add_blend_prior(tug_solver *solver)
+{
+    int32_t G = solver->model->header.groups, S = solver->model->header.shapes;
+    size_t n = (size_t)(G * S);
+    const double *B = solver->prior_B;
+    double constant = 0.0;
+    for (int32_t i = 0; i < G * S; i++) {
+        double pull = 0.0;
+        for (int32_t t = 0; t < S; t++) {
+            double entry = blend_prior_entry(solver, i / S, i % S, t);
+            int32_t j = i / S * S + t;
+            solver->Q[(size_t)i * n + (size_t)j] += entry;
+            pull += entry * B[j];
+        }
+        solver->c[i] -= pull;
+        constant += B[i] * pull;
+    }
+    return constant;
+}
+
+/* Twice the energy of the blends' prior at the present blend. */
+static double blend_prior_energy(const tug_solver *solver)
+{
+    int32_t G = solver->model->header.groups, S = solver->model->header.shapes;
+    double sum = 0.0;
+    for (int32_t i = 0; i < G * S; i++) {
+        double difference = solver->B[i] - solver->prior_B[i];
+        for (int32_t j = i / S * S; difference != 0.0 && j < (i / S + 1) * S; j++) {
+            sum += blend_prior_entry(solver, i / S, i % S, j % S) * difference *
+                   (solver->B[j] - solver->prior_B[j]);
+        }
+    }
+    return sum;
+}
+
+/* Q and c of E_d at the present rotations. */
+static void find_blend_energy(tug_solver *solver)
 {
     int32_t k = solver->model->header.dimension, kk = k * k, S = solver->model->header.shapes;
     contract_rotations(solver->model, solver->group_R, solver->Q);
     for (int32_t i = 0; i < solver->model->header.groups * S; i++) {
         solver->c[i] = -trace_of_product(k, solver->group_R + (i / S) * kk, solver->pull + i * kk);
     }
-    solve_blend(solver, prior_energy(solver));
+}
+
+/* B^: the blend that suits the rotations' prior, a convex problem. */
+static void find_blend_prior(tug_solver *solver)
+{
+    find_blend_energy(solver);
+    solve_blend(solver, rotation_prior_energy(solver));
+    int32_t n = solver->model->header.groups * solver->model->header.shapes;
+    memcpy(solver->prior_B, solver->B, (size_t)n * sizeof *solver->B);
+}
+
+/* phi at the present rotations; the blend follows. */
+static double solve_blend_here(tug_solver *solver)
+{
+    find_blend_energy(solver);
+    double constant = add_blend_prior(solver);
+    solve_blend(solver, rotation_prior_energy(solver) + constant);
     return solver->blend.objective;
 }
 
@@ -257,9 +323,13 @@ static void spread_rotations(tug_solver *solver)
 
 void solve_steady(tug_solver *solver, tug_solve_info *info)
 {
-    find_prior(solver);
-    if (!solver->options.warm_start || !solver->solved) {
-        memcpy(solver->group_R, solver->prior_R, rotation_bytes(solver));
+    find_rotation_prior(solver);
+    int cold = !solver->options.warm_start || !solver->solved;
+    memcpy(solver->kept_R, solver->group_R, rotation_bytes(solver));
+    memcpy(solver->group_R, solver->prior_R, rotation_bytes(solver));
+    find_blend_prior(solver);
+    if (!cold) {
+        memcpy(solver->group_R, solver->kept_R, rotation_bytes(solver));
     }
     solve_blend_here(solver);
     info->residual = INFINITY;
@@ -269,5 +339,6 @@ void solve_steady(tug_solver *solver, tug_solve_info *info)
         info->converged = info->residual <= solver->options.tolerance;
     }
     spread_rotations(solver);
-    info->energy = solver->blend.u - 0.5 * prior_energy(solver);
+    double priors = rotation_prior_energy(solver) + blend_prior_energy(solver);
+    info->energy = fmax(solver->blend.u - 0.5 * priors, 0.0);
 }
