@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# make demo | test | build | lint | sanitize. Each installs what it lacks and then calls CMake.
+# make demo | test | bench | build | lint | sanitize. Each installs what it lacks and then calls CMake.
 # make test ONLY=words runs the steps with these words in their name.
 
-.PHONY: demo test build lint sanitize ready ready-for-tests
+.PHONY: demo test bench build lint sanitize ready ready-for-tests
 
 demo: build
 	python3 blender_tests/run_script.py sample_scenes/demo.py
 
 test: ready-for-tests
 	python3 .ci/test.py "$(ONLY)"
+
+bench: build
+	python3 native/bench/in_environment.py bench.py
 
 build: ready
 	cmake --preset release

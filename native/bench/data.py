@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sets of example poses from a folder of .npz files; and how handles and weights are put on them.
+
+A file holds `verts` (poses by #V by k) and `faces` (#F by 3) or `quads` (#Q by 4).
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+from library import CHECKOUT, Mesh, cluster_triangles, compute_weights
+
+GROUPS_A_HANDLE = 2
+
+
+class MissingDataError(Exception):
+    """There is no folder of meshes, or not the set that was asked for."""
+
+
+@dataclass(frozen=True)
+class ExampleSet:
+    """Poses of one mesh: shapes is #P by #V by k, every vertex is in a triangle."""
+
+    name: str
+    shapes: np.ndarray
+    triangles: np.ndarray
+
+    @cached_property
+    def diagonal(self) -> float:
+        """Of the first pose's bounding box."""
+        return float(np.linalg.norm(np.ptp(self.shapes[0], axis=0)))
+
+    def first(self, poses: int | None) -> Self:
+        """With at most so many poses."""
+        return self if poses is None else replace(self, shapes=self.shapes[:poses])
+
+    def spread_handles(self, count: int) -> np.ndarray:
+        """Farthest points along the edges of the first pose, from vertex 0."""
+        with Mesh(self.shapes[0], self.triangles) as mesh:
+            return mesh.spread(count)
+
+
+@dataclass(frozen=True)
+class Binding:
+    """Weights (#V by #H) and groups (#F) of handle vertices on a rest shape."""
+
+    weights: np.ndarray
+    groups: np.ndarray
+
+
+def bind(rest: np.ndarray, triangles: np.ndarray, handles: np.ndarray) -> Binding:
+    """Bounded biharmonic weights and two groups a handle; parts without a handle follow."""
+    with Mesh(rest, triangles) as mesh:
+        weights, _ = compute_weights(mesh, [[handle] for handle in handles], follow_nearest=1)
+        return Binding(weights, cluster_triangles(mesh, weights, GROUPS_A_HANDLE * len(handles)))
+
+
+def default_folder() -> Path:
+    """$TUG_DATA, else shared/data beside the checkout; it may be absent."""
+    return Path(os.environ.get("TUG_DATA") or CHECKOUT.parent / "shared" / "data")
+
+
+def set_names(folder: Path) -> list[str]:
+    """All sets of a folder. Raises MissingDataError where there is none."""
+    names = sorted(path.stem for path in folder.glob("*.npz"))
+    if not names:
+        raise MissingDataError(f"no .npz files in {folder}: name their folder by TUG_DATA")
+    return names
+
+
+def load(folder: Path, name: str) -> ExampleSet:
+    """One set. Raises MissingDataError where the folder does not have it."""
+    path = folder / f"{name}.npz"
+    if not path.is_file():
+        raise MissingDataError(f"there is no {path.name} in {folder}")
+    with np.load(path) as file:
+        shapes = file["verts"].astype(np.float64)
+        triangles = file["faces"] if "faces" in file else triangulate(file["quads"])
+    used, numbers = np.unique(triangles, return_inverse=True)
+    triangles = numbers.reshape(triangles.shape).astype(np.int32)
+    return ExampleSet(name, np.ascontiguousarray(shapes[:, used]), triangles)
+
+
+def triangulate(quads: np.ndarray) -> np.ndarray:
+    """Two triangles for each quad."""
+    return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])

@@ -1,0 +1,117 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Evaluate methods on a folder of example poses, as JSON.
+
+evaluate.py --data DIR --sets lion,cat --methods amrap,fast --handles 10 --out out.json
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import json
+import sys
+import time
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+from data import ExampleSet, MissingDataError, bind, default_folder, load, set_names
+from library import native
+from methods import FORMS, Tally, make, peers
+from quality import HeldOut, drag_dependence, leave_one_out, recognise, start_cold
+
+COLD_FRAMES = 13
+
+
+def parse_arguments() -> argparse.Namespace:
+    known = [*FORMS, *peers()]
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "--data", type=Path, default=default_folder(), help="folder of .npz files; default TUG_DATA"
+    )
+    parser.add_argument("--sets", type=names, help="comma-separated; default: all of the folder")
+    parser.add_argument(
+        "--methods", type=names, default=["amrap"], help=f"comma-separated, of {', '.join(known)}"
+    )
+    parser.add_argument("--handles", type=int, default=10, help="farthest points from vertex 0")
+    parser.add_argument("--examples", type=int, help="use the first so many poses of a set")
+    parser.add_argument("--out", type=Path, required=True, help="JSON file to write")
+    given = parser.parse_args()
+    if unknown := set(given.methods) - set(known):
+        parser.error(f"no method {', '.join(sorted(unknown))}; there are: {', '.join(known)}")
+    return given
+
+
+def names(text: str) -> list[str]:
+    return [name for name in text.split(",") if name]
+
+
+def evaluate_set(poses: ExampleSet, methods: list[str], handle_count: int) -> dict:
+    """All measures of all methods on one set."""
+    handles = poses.spread_handles(handle_count)
+    start = time.perf_counter()
+    binding = bind(poses.shapes[0], poses.triangles, handles)
+    bind_seconds = time.perf_counter() - start
+    held_out = leave_one_out(poses, handles, methods, Tally())
+    result = {}
+    for name in methods:
+        fresh = functools.partial(make, name, poses.shapes, poses.triangles, handles, binding)
+        start = time.perf_counter()
+        method = fresh()
+        result[name] = {
+            "bind_seconds": bind_seconds + time.perf_counter() - start,
+            "leave_one_out": summarise([one for one in held_out if one.method == name]),
+            "cold_start": asdict(start_cold(poses, handles, method, COLD_FRAMES)),
+            "recognition": [
+                asdict(one) for one in recognise(poses, handles, method, binding.weights)
+            ],
+            "drag_dependence": drag_dependence(poses, handles, fresh, Tally()),
+        }
+        method.close()
+        print(f"{poses.name}: {name}: {describe(result[name])}", flush=True)
+    count, vertices, dimension = poses.shapes.shape
+    sizes = {"poses": count, "vertices": vertices, "dimension": dimension, "handles": len(handles)}
+    return {"sizes": sizes, "methods": result}
+
+
+def summarise(poses: list[HeldOut]) -> dict:
+    """Over the poses of a set: the mean error's mean, the largest of the others."""
+    return {
+        "mean_error": float(np.mean([pose.mean for pose in poses])),
+        "largest_error": max(pose.largest for pose in poses),
+        "fbt_mean": float(np.mean([pose.fbt for pose in poses])),
+        "fbt_largest": max(pose.fbt for pose in poses),
+        "unconverged": sum(not pose.converged for pose in poses),
+        "poses": [asdict(pose) for pose in poses],
+    }
+
+
+def describe(result: dict) -> str:
+    """One line for people."""
+    left_out, cold = result["leave_one_out"], result["cold_start"]
+    recognised = max((one["error"] for one in result["recognition"]), default=float("nan"))
+    return (
+        f"leave-one-out {left_out['mean_error']:.4f} (largest {left_out['largest_error']:.3f}, "
+        f"FBT {left_out['fbt_mean']:.3f}), recognition {recognised:.1e} of "
+        f"{len(result['recognition'])}, drags {result['drag_dependence']:.1e}, cold "
+        f"{cold['rounds_median']:g} rounds {cold['milliseconds_median']:.1f} ms, "
+        f"bind {result['bind_seconds']:.2f} s"
+    )
+
+
+def main() -> None:
+    given = parse_arguments()
+    result = {}
+    for name in given.sets or set_names(given.data):
+        poses = load(given.data, name).first(given.examples)
+        result[name] = evaluate_set(poses, given.methods, given.handles)
+    given.out.parent.mkdir(parents=True, exist_ok=True)
+    given.out.write_text(json.dumps({"handles": given.handles, "sets": result}, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except (MissingDataError, native.LibraryError) as error:
+        sys.exit(f"evaluate.py: {error}")

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Python face of libtug, importable from a script in any folder."""
+
+import sys
+from pathlib import Path
+
+CHECKOUT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(CHECKOUT))
+
+from addon import native  # noqa: E402
+from addon.solver import (  # noqa: E402
+    Form,
+    Mesh,
+    Model,
+    Rows,
+    SolveInfo,
+    Solver,
+    WeightsInfo,
+    cluster_triangles,
+    compute_weights,
+    minimise_blend,
+)
+
+__all__ = [
+    "CHECKOUT",
+    "Form",
+    "Mesh",
+    "Model",
+    "Rows",
+    "SolveInfo",
+    "Solver",
+    "WeightsInfo",
+    "cluster_triangles",
+    "compute_weights",
+    "minimise_blend",
+    "native",
+]

@@ -1,0 +1,210 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""report.py [BENCH.json ...]: write docs/measurements.md from what bench.py and blender_deform.py
+wrote."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+CHECKOUT = Path(__file__).resolve().parents[2]
+WRITTEN = (CHECKOUT / "build" / "bench.json", CHECKOUT / "build" / "bench_blender.json")
+MEASUREMENTS = CHECKOUT / "docs" / "measurements.md"
+
+# What is to be reached: a row's name, the end of its metric, "at most" or "at least", the bound.
+TARGETS = (
+    ("history", "all sets", "<=", 1e-5),
+    ("continuity", "all sets", "<=", 0.1),
+    ("unconverged", "all sets", "<=", 0),
+    ("recognition", "all sets", "<=", 1e-4),
+    ("certificate", "gap of (A 20)", "<=", 1e-8),
+    ("certificate", "objective rose", "<=", 0),
+    ("frame", "largest of the medians", "<=", 3),
+    ("blend_vs_ecos_reduced", "the least", ">=", 20),
+    ("blend_vs_ecos_full", "the least", ">=", 1000),
+    ("single_shape_step", "local and global step", "<=", 4),
+    ("weights_20k", "weights", "<=", 3),
+    ("weights_20k", "the exact weights, small mesh", "<=", 1e-3),
+    ("weights_20k", "duality gap", "<=", 1e-6),
+    ("weights_100k", "weights", "<=", 25),
+    ("weights_100k", "duality gap", "<=", 1e-6),
+    ("positions_25k", "solved pose", "<=", 0.5),
+    ("positions_100k", "solved pose", "<=", 3),
+    ("handles_100_shapes_20", "cold", "<=", 33),
+    ("leave_one_out", "mean error, lion", "<=", 0.0175),
+    ("leave_one_out", "mean error, cat", "<=", 0.0160),
+    ("leave_one_out", "mean error, horse", "<=", 0.0120),
+    ("leave_one_out", "mean error, tosca-dog", "<=", 0.0125),
+    ("leave_one_out", "AMRAP better than every peer", ">=", 7),
+)
+
+INTRODUCTION = """\
+# Measurements
+
+Written by `native/bench/report.py` from one run of `make bench`; do not edit. How each figure is
+defined is in [native/bench/README.md](../native/bench/README.md). Lengths are in parts of the
+diagonal of a set's first pose. The meshes are not part of the project.
+"""
+
+
+def main() -> None:
+    given = [Path(name) for name in sys.argv[1:]] or [path for path in WRITTEN if path.is_file()]
+    if not given:
+        sys.exit("report.py: run `make bench` first")
+    rows = [row for path in given for row in json.loads(path.read_text())]
+    MEASUREMENTS.write_text("\n".join([INTRODUCTION, *sections(rows)]))
+
+
+def sections(rows: list[dict]) -> Iterable[str]:
+    """The parts of the text, each ending with a line feed."""
+    machine = next((row for row in rows if row["name"] == "machine"), None)
+    if machine:
+        yield f"Machine: {machine['metric']}, {machine['value']} processors.\n"
+    yield section("Targets", targets(rows))
+    yield section("Error on poses left out, mean", left_out(rows))
+    yield section("Error on poses left out, AMRAP", own_errors(rows))
+    yield section("Every set, with all its examples", sets(rows))
+    yield section("Jumps a path, beside others on the same paths", jumps(rows))
+    yield section("Times and sizes beside peers", timed(rows))
+    yield section("Growth", growth(rows))
+    missing = [[row["name"], row["metric"]] for row in rows if row["value"] is None]
+    yield section("Not run", table(["name", "reason"], missing))
+
+
+def section(title: str, body: str) -> str:
+    return f"## {title}\n\n{body}\n" if body else ""
+
+
+def table(head: list[str], lines: list[list]) -> str:
+    """Markdown; empty where there are no lines."""
+    if not lines:
+        return ""
+    all_lines = [head, ["---"] * len(head), *lines]
+    return "\n".join("| " + " | ".join(map(show, line)) + " |" for line in all_lines) + "\n"
+
+
+def show(value: object) -> str:
+    """A cell."""
+    if value is None:
+        return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "**no**"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def of(rows: list[dict], name: str) -> list[dict]:
+    """Rows of a name that have a value."""
+    return [row for row in rows if row["name"] == name and row["value"] is not None]
+
+
+def targets(rows: list[dict]) -> str:
+    lines = []
+    for name, metric, sense, bound in TARGETS:
+        row = next((row for row in of(rows, name) if row["metric"].endswith(metric)), None)
+        if row is None:
+            lines.append([f"`{name}`", metric, None, f"{sense} {bound}", "not run"])
+            continue
+        met = row["value"] <= bound if sense == "<=" else row["value"] >= bound
+        value = f"{show(row['value'])} {row['unit']}".strip()
+        lines.append([f"`{name}`", row["metric"], value, f"{sense} {bound}", met])
+    return table(["name", "what", "measured", "target", "met"], lines)
+
+
+def left_out(rows: list[dict]) -> str:
+    """Sets by methods: mean errors on the same poses."""
+    found = [row for row in of(rows, "leave_one_out") if row["peer"]]
+    names = list(dict.fromkeys(row["sizes"]["set"] for row in found))
+    methods = list(dict.fromkeys(row["peer"] for row in found))
+    cell: dict[tuple[str, str], float] = {}
+    for row in found:
+        cell[row["sizes"]["set"], row["peer"]] = row["peer_value"]
+        cell[row["sizes"]["set"], "amrap"] = row["value"]
+    lines = []
+    for name in names:
+        values = [cell.get((name, method)) for method in ["amrap", *methods]]
+        least = min(value for value in values if value is not None)
+        lines.append([name, *(f"**{v:.4f}**" if v == least else f"{v:.4f}" for v in values)])
+    return table(["set", "amrap", *methods], lines)
+
+
+def own_errors(rows: list[dict]) -> str:
+    lines = [
+        [
+            *(row["sizes"]["set"], row["sizes"]["poses"], row["value"]),
+            *(row["sizes"][key] for key in ("largest_error", "fbt_mean", "fbt_largest")),
+            row["converged"],
+        ]
+        for row in of(rows, "leave_one_out")
+        if "fbt_mean" in row["sizes"]
+    ]
+    measures = ["mean", "largest", "FBT's, mean", "FBT's, largest"]
+    return table(["set", "poses", *measures, "all converged"], lines)
+
+
+def sets(rows: list[dict]) -> str:
+    names = ("history", "recognition", "continuity", "unconverged")
+    value = {(row["sizes"].get("set"), name): row for name in names for row in of(rows, name)}
+    found = list(dict.fromkeys(row["sizes"].get("set") for row in of(rows, "history")))
+    lines = []
+    for name in filter(None, found):
+        own = [value.get((name, what)) for what in names]
+        recognised = own[1]["sizes"] if own[1] else {}
+        steepest = own[2]["sizes"]["steepest_step"] if own[2] else None
+        lines.append(
+            [name, own[0]["sizes"]["examples"], *(row and row["value"] for row in own[:2])]
+            + [recognised.get(key) for key in ("counted", "least_blend", "projection_error")]
+            + [*(row and row["value"] for row in own[2:]), steepest]
+        )
+    head = ["set", "examples", "after drags", "recognition error", "counted", "least blend"]
+    head += ["projection error", "jumps a path", "frames unconverged", "steepest step"]
+    return table(head, lines)
+
+
+def jumps(rows: list[dict]) -> str:
+    lines = [
+        [
+            *(row["peer"], row["sizes"]["peer_uses_examples"], row["sizes"]["paths"]),
+            *(row["value"], row["peer_value"], row["sizes"]["peer_unconverged"]),
+            *(row["sizes"]["steepest_step"], row["sizes"]["peer_steepest_step"]),
+        ]
+        for row in of(rows, "continuity")
+        if row["peer"]
+    ]
+    head = ["peer", "uses the examples", "paths", "jumps, steady form", "jumps, peer"]
+    head += ["peer's frames unconverged", "steepest step, steady form", "steepest step, peer"]
+    return table(head, lines)
+
+
+def timed(rows: list[dict]) -> str:
+    elsewhere = ("leave_one_out", "continuity", "growth", "machine", "history", "recognition")
+    lines = [
+        [
+            *(f"`{row['name']}`", row["metric"], row["value"], row["unit"], row["peer"]),
+            *(row["peer_value"], row["ratio"], row["converged"]),
+        ]
+        for row in rows
+        if row["value"] is not None and row["name"] not in (*elsewhere, "unconverged")
+    ]
+    head = ["name", "what", "value", "unit", "peer", "peer's value", "ratio", "converged"]
+    return table(head, lines)
+
+
+def growth(rows: list[dict]) -> str:
+    """Exponents: what grows by what it grows in."""
+    found = of(rows, "growth")
+
+    def exponent(row: dict) -> tuple[str, str]:
+        _, _, what, _, letter = row["metric"].split()
+        return what, letter
+
+    value = {exponent(row): row["value"] for row in found}
+    letters, things = (list(dict.fromkeys(key[i] for key in value)) for i in (1, 0))
+    lines = [[thing, *(value.get((thing, letter)) for letter in letters)] for thing in things]
+    return table(["exponent of", *(f"in {letter}" for letter in letters)], lines)
+
+
+if __name__ == "__main__":
+    main()

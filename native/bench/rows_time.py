@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rows on the time of solves and positions: frame, single_shape_step, positions_25k,
+positions_100k, handles_100_shapes_20, growth."""
+
+from __future__ import annotations
+
+import multiprocessing
+import resource
+import time
+from collections.abc import Iterator
+
+import numpy as np
+from continuity import draw_paths
+from data import ExampleSet, bind
+from generated import tube
+from library import Form, Mesh, Model, Rows, Solver, cluster_triangles, compute_weights, native
+from methods import Tug, peers
+from suite import HANDLES, TABLE, Row, Suite, compare, not_run
+from timing import position_seconds, seconds_of, solve_seconds
+
+FRAMES = 24  # of each path
+PATHS = 3
+MEMORY_ALLOWED = 4e9  # bytes, of the process with 100 handles
+GROWTH_BASE = {"n": 4000, "H": 10, "S": 6, "G": 20}
+GROWTH = {
+    "n": (2000, 4000, 8000, 16000),
+    "H": (5, 10, 20, 40),
+    "S": (3, 6, 12, 24),
+    "G": (10, 20, 40, 80),
+}
+
+
+def along_paths(poses: ExampleSet, handles: np.ndarray, frames: int) -> np.ndarray:
+    """Frames between, not on, examples: so many of each path."""
+    paths = draw_paths(poses, handles, PATHS)
+    return np.concatenate([path.frames(frames + 1)[1:-1] for path in paths])
+
+
+def prepared(poses: ExampleSet, handle_count: int, **options: float) -> tuple[Tug, np.ndarray]:
+    """A solver, and frames to solve."""
+    handles = poses.spread_handles(handle_count)
+    binding = bind(poses.shapes[0], poses.triangles, handles)
+    method = Tug(poses.shapes, poses.triangles, handles, binding, **options)
+    return method, along_paths(poses, handles, FRAMES)
+
+
+def converges(method: Tug, frames: np.ndarray, suite: Suite, row: str) -> bool:
+    """Whether all frames do; the tally counts them."""
+    converged = sum(method.solve(frame).converged for frame in frames) == len(frames)
+    suite.tally.add(method.tally, row)
+    return converged
+
+
+def frame_rows(suite: Suite) -> Iterator[Row]:
+    """A new pose from nothing, on the models of Table 1; the paper's form beside it."""
+    medians, all_converged = [], True
+    for name in suite.chosen(TABLE):
+        shapes, handle_count = TABLE[name]
+        poses = suite.load(name).first(shapes)
+        method, frames = prepared(poses, handle_count)
+        alternation, _ = prepared(poses, handle_count, form=Form.PAPER)
+        converged = converges(method, frames, suite, f"frame, {name}")
+        milliseconds, paper = (
+            1e3 * float(np.median(solve_seconds(one.solver, frames)))
+            for one in (method, alternation)
+        )
+        sizes = vars(method.solver.sizes) | {"model": name, "frames": len(frames)}
+        metric = f"a new pose, cold, {name}"
+        yield compare("frame", metric, "ms", milliseconds, "paper", paper, converged, sizes)
+        medians.append(milliseconds)
+        all_converged &= converged
+    metric = "a new pose, cold, largest of the medians"
+    yield Row("frame", metric, "ms", max(medians), converged=all_converged)
+
+
+def single_shape_rows(suite: Suite) -> Iterator[Row]:
+    """A local and a global step, from solves of 50 and of 150 of them; and the whole problem by
+    Newton's method."""
+    poses = tube(5000, 2)
+    handles = poses.spread_handles(HANDLES)
+    binding = bind(poses.shapes[0], poses.triangles, handles)
+    frames = along_paths(poses, handles, FRAMES)
+    alone = poses.first(1)
+    given = (alone.shapes, alone.triangles, handles, binding)
+    sizes = {"handles": HANDLES, "groups": int(binding.groups.max()) + 1}
+    times = [alternation_seconds(given, frames, rounds) for rounds in (50, 150)]
+    step = 1e6 * (times[1] - times[0]) / 100
+    metric = "a local and global step"
+    yield Row("single_shape_step", metric, "us", step, sizes=sizes)
+    method = Tug(*given)
+    whole = 1e6 * float(np.median(solve_seconds(method.solver, frames, repeats=5)))
+    metric = "all of a single shape's pose, cold, converged"
+    converged = converges(method, frames, suite, "single_shape_step")
+    yield Row("single_shape_step", metric, "us", whole, converged=converged, sizes=sizes)
+
+
+def alternation_seconds(given: tuple, frames: np.ndarray, rounds: int) -> float:
+    """Median of solves of so many rounds: by FAST's alternation where it was built, else by the
+    paper's form on one shape. What Python adds is the same for any number of rounds."""
+    if "fast" in peers():
+        from baselines import Fast
+
+        shapes, triangles, handles, binding = given
+        method = Fast(
+            *(shapes, triangles, handles, binding.weights, binding.groups),
+            **{"local_global": 1, "max_rounds": rounds, "tolerance": 1e-300},
+        )
+    else:
+        method = Tug(*given, form=Form.PAPER, max_rounds=rounds, tolerance=1e-300)
+    times = [seconds_of(lambda at=frame: method.solve(at), 5).min() for frame in frames]
+    return float(np.median(times))
+
+
+def position_rows(suite: Suite, name: str, vertices: int) -> Iterator[Row]:
+    """tug_get_positions with 7 handles and 6 shapes; NumPy's product of the same size beside it."""
+    method, frames = prepared(tube(int(suite.size * vertices), 6), 7)
+    method.solve(frames[0])
+    milliseconds = 1e3 * float(np.median(position_seconds(method.solver, 50)))
+    sizes = vars(method.solver.sizes)
+    D = np.random.default_rng(0).random((sizes["vertices"], sizes["unknowns"]))
+    T = np.random.default_rng(1).random((sizes["unknowns"], 3))
+    peer = min(timed(lambda: D @ T) for _ in range(10))
+    metric = "positions of a solved pose"
+    yield compare(name, metric, "ms", milliseconds, "NumPy, dense D T", 1e3 * peer, None, sizes)
+
+
+def timed(call: object) -> float:
+    start = time.perf_counter()
+    call()
+    return time.perf_counter() - start
+
+
+def many_handles_rows(suite: Suite) -> Iterator[Row]:
+    """100 handles and 20 shapes, in a process with bounded memory."""
+    name, count, shapes = "handles_100_shapes_20", *((20, 8) if suite.quick else (100, 20))
+    context = multiprocessing.get_context("spawn")
+    receiver, sender = context.Pipe(duplex=False)
+    process = context.Process(target=solve_many_handles, args=(count, shapes, sender))
+    process.start()
+    sender.close()
+    try:
+        result = receiver.recv()
+    except EOFError:
+        result = "the process ended early"
+    process.join()
+    if isinstance(result, str):
+        yield not_run(name, result)
+        return
+    milliseconds, positions_ms, bind_seconds, memory, converged, sizes, tally = result
+    suite.tally.add(tally)
+    yield Row(name, "a new pose, cold", "ms", milliseconds, converged=converged, sizes=sizes)
+    yield Row(name, "positions", "ms", positions_ms, sizes=sizes)
+    yield Row(name, "weights, groups and model", "s", bind_seconds, sizes=sizes)
+    yield Row(name, "memory of the process at its peak", "GB", memory, sizes=sizes)
+
+
+def solve_many_handles(handle_count: int, shapes: int, sender: object) -> None:
+    """Send times and memory, or the reason why there are none."""
+    resource.setrlimit(resource.RLIMIT_AS, (int(MEMORY_ALLOWED),) * 2)
+    suite = Suite(folder=None, quick=False)
+    try:
+        start = time.perf_counter()
+        method, frames = prepared(tube(10_000, shapes), handle_count)
+        bind_seconds = time.perf_counter() - start
+    except (native.TugError, MemoryError) as error:
+        sender.send(f"{error} in {1e-9 * MEMORY_ALLOWED:g} GB")
+        return
+    frames = frames[::12]
+    converged = converges(method, frames, suite, "handles_100_shapes_20")
+    milliseconds = 1e3 * float(np.median(solve_seconds(method.solver, frames)))
+    positions_ms = 1e3 * float(np.median(position_seconds(method.solver, 10)))
+    memory = 1e-6 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    sizes = vars(method.solver.sizes)
+    sender.send((milliseconds, positions_ms, bind_seconds, memory, converged, sizes, suite.tally))
+
+
+def growth_rows(suite: Suite) -> Iterator[Row]:
+    """Exponents p of time ~ x^p, fitted to four sizes, the others at GROWTH_BASE."""
+    for letter, values in GROWTH.items():
+        times = np.array([grow(suite, GROWTH_BASE | {letter: value}) for value in values])
+        exponents = np.polyfit(np.log(values), np.log(times), 1)[0]
+        sizes = {"values": values} | {k: v for k, v in GROWTH_BASE.items() if k != letter}
+        for what, exponent, column in zip(
+            ("model", "solve", "positions"), exponents, times.T, strict=True
+        ):
+            seconds = {"seconds": column.tolist()}
+            metric = f"exponent of {what} in {letter}"
+            yield Row("growth", metric, "", float(exponent), sizes=sizes | seconds)
+
+
+def grow(suite: Suite, size: dict[str, int]) -> tuple[float, float, float]:
+    """Seconds of model, solve (median) and positions (median)."""
+    poses = tube(int(suite.size * size["n"]), size["S"])
+    handles = poses.spread_handles(size["H"])
+    with Mesh(poses.shapes[0], poses.triangles) as mesh:
+        weights, _ = compute_weights(mesh, [[handle] for handle in handles])
+        groups = cluster_triangles(mesh, weights, size["G"])
+        start = time.perf_counter()
+        model = Model(mesh, poses.shapes, weights, Rows.pin(handles), groups)
+        model_seconds = time.perf_counter() - start
+    with Solver(model) as solver:
+        solve = np.median(solve_seconds(solver, along_paths(poses, handles, 4)))
+        positions = np.median(position_seconds(solver, 20))
+    model.close()
+    return model_seconds, float(solve), float(positions)
