@@ -103,6 +103,7 @@ void solver_solve(tug_solver *solver, const double *targets, tug_solve_info *inf
         break;
     }
     find_transforms(solver);
+    place_transforms(&solver->model->dictionary, solver->T, solver->placed_T);
     double unit = solver->model->header.unit, scale = solver->options.squared ? unit * unit : unit;
     info->converged &= solver->costs.converged;
     info->objective = scale * solver->blend.objective;

@@ -8,7 +8,11 @@
 /* targets: #H by k, finite. */
 void solver_solve(tug_solver *solver, const double *targets, tug_solve_info *info);
 
-/* positions: #V by k. */
+/* T with its translations taken from the middles of the dictionary to the shapes' own origins: what
+ * positions are made with. Both unknowns by k. */
+void place_transforms(const dictionary *D, const double *T, double *placed);
+
+/* positions: #V by k, from placed_T. */
 void find_positions(const tug_solver *solver, double *positions);
 
 /* What tug_get_blend, tug_get_costs and tug_get_rotations give. */

@@ -11,12 +11,12 @@ void solver_destroy(tug_solver *solver)
     if (solver == NULL) {
         return;
     }
-    double *arrays[] = {solver->Y,        solver->pull,     solver->B,        solver->R,
-                        solver->T,        solver->Q,        solver->c,        solver->d,
-                        solver->folded_Q, solver->folded_c, solver->folded_d, solver->folded_B,
-                        solver->group_R,  solver->prior_R,  solver->prior_B,  solver->kept_R,
-                        solver->C,        solver->L,        solver->X,        solver->J,
-                        solver->face_J,   solver->face_X,   solver->face_H,   solver->V};
+    double *arrays[] = {
+        solver->Y,        solver->pull,     solver->B,        solver->R,       solver->T,
+        solver->placed_T, solver->Q,        solver->c,        solver->d,       solver->folded_Q,
+        solver->folded_c, solver->folded_d, solver->folded_B, solver->group_R, solver->prior_R,
+        solver->prior_B,  solver->kept_R,   solver->C,        solver->L,       solver->X,
+        solver->J,        solver->face_J,   solver->face_X,   solver->face_H,  solver->V};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) {
         release(arrays[i]);
     }
@@ -55,6 +55,7 @@ static int allocate_solver(tug_solver *s)
         {&s->B, n},
         {&s->R, n * kk},
         {&s->T, (size_t)s->model->energy.unknowns * k},
+        {&s->placed_T, (size_t)s->model->energy.unknowns * k},
         {&s->Q, n * n},
         {&s->c, n},
         {&s->d, n},

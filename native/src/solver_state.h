@@ -21,9 +21,10 @@ struct tug_solver {
     shape_costs costs;
 
     /* The answer. */
-    double *B; /* #G by #S */
-    double *R; /* #G by #S by k by k, relative to the alignment */
-    double *T; /* unknowns by k */
+    double *B;        /* #G by #S */
+    double *R;        /* #G by #S by k by k, relative to the alignment */
+    double *T;        /* unknowns by k */
+    double *placed_T; /* T for shapes about their own origins: what positions are made with */
 
     /* (A 20) at the present rotations; for a single blend it is folded to one simplex. */
     double *Q, *c, *d;                      /* #G #S square, #G #S, #G #S */
