@@ -55,7 +55,7 @@ def main() -> None:
     if not given:
         sys.exit("report.py: run `make bench` first")
     rows = [row for path in given for row in json.loads(path.read_text())]
-    MEASUREMENTS.write_text("\n".join([INTRODUCTION, *sections(rows)]))
+    MEASUREMENTS.write_text("\n".join(filter(None, [INTRODUCTION, *sections(rows)])))
 
 
 def sections(rows: list[dict]) -> Iterable[str]:
@@ -75,7 +75,7 @@ def sections(rows: list[dict]) -> Iterable[str]:
 
 
 def section(title: str, body: str) -> str:
-    return f"## {title}\n\n{body}\n" if body else ""
+    return f"## {title}\n\n{body}" if body else ""
 
 
 def table(head: list[str], lines: list[list]) -> str:
@@ -126,7 +126,7 @@ def left_out(rows: list[dict]) -> str:
     for name in names:
         values = [cell.get((name, method)) for method in ["amrap", *methods]]
         least = min(value for value in values if value is not None)
-        lines.append([name, *(f"**{v:.4f}**" if v == least else f"{v:.4f}" for v in values)])
+        lines.append([name, *(f"**{v:.3g}**" if v == least else f"{v:.3g}" for v in values)])
     return table(["set", "amrap", *methods], lines)
 
 
