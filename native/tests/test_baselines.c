@@ -5,7 +5,6 @@
 
 #include "baselines/features.h"
 #include "fixture.h"
-#include "memory.h"
 #include "rotation.h"
 #include "test.h"
 
@@ -510,166 +509,6 @@ static void blend_shapes_are_optimal(void)
     }
 }
 
-static void logarithms_undo_turns(void)
-{
-    uint64_t random = 39;
-    for (int trial = 0; trial < 300; trial++) {
-        int32_t k = 2 + trial % 2;
-        double w[3], R[9], back[3], length = 0.0, pi = 3.14159265358979323846;
-        double angle = trial % 3 == 0 ? pi - pow(10.0, random_between(&random, -7.0, 0.0))
-                                      : pow(10.0, random_between(&random, -9.0, 0.4));
-        for (int32_t a = 0; a < tangent_size(k); a++) {
-            w[a] = random_between(&random, -1.0, 1.0);
-            length += w[a] * w[a];
-        }
-        for (int32_t a = 0; a < tangent_size(k); a++) {
-            w[a] *= angle / sqrt(length);
-        }
-        identity_matrix(k, R);
-        turn(k, w, R);
-        rotation_logarithm(k, R, back);
-        for (int32_t a = 0; a < tangent_size(k); a++) {
-            CHECK_NEAR(back[a], w[a], 1e-9 + 1e-6 * (angle > 3.0));
-        }
-    }
-}
-
-static void feature_derivatives_match_differences(void)
-{
-    uint64_t random = 40;
-    for (int trial = 0; trial < 40; trial++) {
-        int32_t k = 2 + trial % 2, S = 4;
-        double F[9], w[4], M[9], dM[4 * 9], ahead[9], behind[9], scale = trial < 4 ? 1e-4 : 1.0;
-        feature_set features;
-        CHECK(features_create(k, 1, S, &features));
-        for (int32_t s = 0; s < S; s++) {
-            identity_matrix(k, F);
-            for (int32_t i = 0; i < k * k; i++) {
-                F[i] += scale * random_between(&random, -1.0, 1.0);
-            }
-            set_feature(&features, 0, s, F);
-            double alone[4] = {s == 0, s == 1, s == 2, s == 3};
-            blend_features(&features, 0, alone, M);
-            for (int32_t i = 0; i < k * k; i++) {
-                CHECK_NEAR(M[i], F[i], 1e-9); /* R S = F */
-            }
-        }
-        random_blend(&random, 1, S, w);
-        differentiate_features(&features, 0, w, dM);
-        for (int32_t s = 0; s < S; s++) {
-            double kept = w[s];
-            w[s] = kept + 1e-5;
-            blend_features(&features, 0, w, ahead);
-            w[s] = kept - 1e-5;
-            blend_features(&features, 0, w, behind);
-            w[s] = kept;
-            for (int32_t i = 0; i < k * k; i++) {
-                CHECK_NEAR(dM[s * k * k + i], (ahead[i] - behind[i]) / 2e-5, 1e-7);
-            }
-        }
-        features_destroy(&features);
-    }
-}
-
-/* The status of a creation with one thing changed, which must leave no object behind. */
-static tug_status try_creating(const tug_baseline_problem *problem,
-                               const tug_baseline_options *options, int32_t method)
-{
-    static char rubbish;
-    tug_baseline *out = (tug_baseline *)&rubbish;
-    tug_status status = tug_baseline_create(method, problem, options, &out);
-    if (status == TUG_OK) {
-        tug_baseline_destroy(out);
-        return TUG_OK;
-    }
-    return out == NULL && tug_error_text()[0] != '\0' ? status : TUG_OK;
-}
-
-static void bad_arguments_are_refused(void)
-{
-    fixture f;
-    make_strip(&f);
-    tug_baseline_options options, bad_options;
-    tug_baseline_default_options(&options);
-    const tug_baseline_problem good = problem_of(&f);
-    CHECK(try_creating(&good, &options, 0) == TUG_OK);
-    CHECK(try_creating(&good, &options, -1) == TUG_ERROR_ARGUMENT);
-    CHECK(try_creating(&good, &options, METHOD_COUNT) == TUG_ERROR_ARGUMENT);
-    CHECK(try_creating(NULL, &options, 0) == TUG_ERROR_ARGUMENT);
-    CHECK(try_creating(&good, NULL, 0) == TUG_ERROR_ARGUMENT);
-#define REFUSED(field, value, wanted)                                                              \
-    do {                                                                                           \
-        tug_baseline_problem bad = good;                                                           \
-        bad.field = (value);                                                                       \
-        CHECK(try_creating(&bad, &options, 3) == (wanted));                                        \
-    } while (0)
-    REFUSED(shapes, NULL, TUG_ERROR_ARGUMENT);
-    REFUSED(triangles, NULL, TUG_ERROR_ARGUMENT);
-    REFUSED(handles, NULL, TUG_ERROR_ARGUMENT);
-    REFUSED(weights, NULL, TUG_ERROR_ARGUMENT);
-    REFUSED(groups, NULL, TUG_ERROR_ARGUMENT);
-    REFUSED(dimension, 4, TUG_ERROR_ARGUMENT);
-    REFUSED(shape_count, 0, TUG_ERROR_ARGUMENT);
-    REFUSED(triangle_count, -1, TUG_ERROR_ARGUMENT);
-    REFUSED(vertex_count, 7, TUG_ERROR_ARGUMENT);
-    REFUSED(group_count, 2, TUG_ERROR_ARGUMENT);
-    REFUSED(group_count, 7, TUG_ERROR_ARGUMENT);
-    int32_t twice[3] = {4, 8, 4}, outside[3] = {4, 8, 1000};
-    REFUSED(handles, twice, TUG_ERROR_HANDLES);
-    REFUSED(handles, outside, TUG_ERROR_ARGUMENT);
-    bad_options = options, bad_options.struct_size--;
-    CHECK(try_creating(&good, &bad_options, 0) == TUG_ERROR_ARGUMENT);
-    bad_options = options, bad_options.max_rounds = 0;
-    CHECK(try_creating(&good, &bad_options, 0) == TUG_ERROR_ARGUMENT);
-    bad_options = options, bad_options.tolerance = 0.0;
-    CHECK(try_creating(&good, &bad_options, 0) == TUG_ERROR_ARGUMENT);
-    f.shape[10] = NAN;
-    CHECK(try_creating(&good, &options, 0) == TUG_ERROR_ARGUMENT);
-}
-
-static void bad_questions_are_refused(void)
-{
-    bench b;
-    make_strip(&b.f);
-    prepare(&b, TUG_BASELINE_FAST);
-    CHECK(tug_baseline_get_positions(b.baseline, b.positions) == TUG_ERROR_ARGUMENT);
-    CHECK(tug_baseline_get_blend(b.baseline, b.blend) == TUG_ERROR_ARGUMENT);
-    apply_rows(&b.f, b.f.shape, b.targets);
-    CHECK(tug_baseline_solve(NULL, b.targets, NULL) == TUG_ERROR_ARGUMENT);
-    CHECK(tug_baseline_solve(b.baseline, NULL, NULL) == TUG_ERROR_ARGUMENT);
-    b.info.struct_size++;
-    CHECK(tug_baseline_solve(b.baseline, b.targets, &b.info) == TUG_ERROR_ARGUMENT);
-    b.targets[2] = INFINITY;
-    CHECK(tug_baseline_solve(b.baseline, b.targets, NULL) == TUG_ERROR_ARGUMENT);
-    b.targets[2] = 0.0;
-    CHECK(tug_baseline_solve(b.baseline, b.targets, NULL) == TUG_OK);
-    CHECK(tug_baseline_get_positions(b.baseline, NULL) == TUG_ERROR_ARGUMENT);
-    CHECK(tug_baseline_get_blend(b.baseline, NULL) == TUG_ERROR_ARGUMENT);
-    tug_baseline_destroy(b.baseline);
-    tug_baseline_destroy(NULL);
-}
-
-/* Each allocation in turn fails: the call says so and leaves nothing behind. */
-static void failed_allocations_leave_nothing(void)
-{
-    fixture f;
-    make_strip(&f);
-    tug_baseline_problem problem = problem_of(&f);
-    tug_baseline_options options;
-    tug_baseline_default_options(&options);
-    for (int32_t method = 0; method < METHOD_COUNT; method++) {
-        long before = live_allocations();
-        tug_status status = TUG_ERROR_MEMORY;
-        for (long successes = 0; status != TUG_OK; successes++) {
-            fail_allocations_after(successes);
-            status = try_creating(&problem, &options, method);
-            fail_allocations_after(-1);
-            CHECK(status == TUG_OK || status == TUG_ERROR_MEMORY);
-            CHECK(live_allocations() == before);
-        }
-    }
-}
-
 int main(int argc, char **argv)
 {
     RUN(examples_come_back);
@@ -684,10 +523,5 @@ int main(int argc, char **argv)
     RUN(weights_are_stationary);
     RUN(vertices_are_stationary);
     RUN(blend_shapes_are_optimal);
-    RUN(logarithms_undo_turns);
-    RUN(feature_derivatives_match_differences);
-    RUN(bad_arguments_are_refused);
-    RUN(bad_questions_are_refused);
-    RUN(failed_allocations_leave_nothing);
     return TEST_RESULT;
 }

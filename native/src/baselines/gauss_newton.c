@@ -69,21 +69,16 @@ static void update_correction(int32_t S, weight_workspace *w)
     }
 }
 
-static void drop_correction(int32_t S, weight_workspace *w)
-{
-    memset(w->correction, 0, (size_t)(S * S) * sizeof *w->correction);
-}
-
-/* damped <- hessian + correction + damping I, at least so much that the Cholesky factorisation
- * keeps its pivots. */
-static void damp(int32_t S, double damping, weight_workspace *w)
+/* damped <- hessian + damping I, at least so much that the Cholesky factorisation keeps its pivots,
+ * and the correction where it is wanted. */
+static void damp(int32_t S, int corrected, double damping, weight_workspace *w)
 {
     double trace = 0.0;
     for (int32_t i = 0; i < S; i++) {
         trace += w->hessian[i * S + i] / S;
     }
     for (int32_t i = 0; i < S * S; i++) {
-        w->damped[i] = w->hessian[i] + w->correction[i];
+        w->damped[i] = w->hessian[i] + (corrected ? w->correction[i] : 0.0);
     }
     for (int32_t i = 0; i < S; i++) {
         w->damped[i * S + i] += (damping + 1e-12) * trace + 1e-300;
@@ -131,16 +126,16 @@ static int step_freely(int32_t S, const double *at, weight_workspace *w)
 
 /* trial <- the step of the model with this damping. Returns how far it moves a weight, or a
  * negative number where the model is not convex. */
-static double find_step(const weight_problem *problem, double damping, const double *at,
-                        weight_workspace *w)
+static double find_step(const weight_problem *problem, int corrected, double damping,
+                        const double *at, weight_workspace *w)
 {
     int32_t S = problem->shapes;
-    damp(S, damping, w);
+    damp(S, corrected, damping, w);
     if (!step_freely(S, at, w)) {
         return -1.0;
     }
     if (problem->simplex) {
-        damp(S, damping, w);
+        damp(S, corrected, damping, w);
         step_in_simplex(S, at, w);
     }
     double moved = 0.0;
@@ -180,15 +175,15 @@ static void take_step(int32_t S, double *w, weight_workspace *workspace)
     memcpy(workspace->last_gradient, workspace->gradient, (size_t)S * sizeof *w);
 }
 
-/* One step downhill from w, whose energy is *energy. Where the model leads uphill, its correction
- * is dropped first and it is damped then. *length: how far the step taken goes. */
+/* One step downhill from w, whose energy is *energy. Where the model leads uphill, it goes
+ * without its correction, and is damped then. *length: how far the step taken goes. */
 static tug_status descend(const weight_problem *problem, weight_workspace *workspace,
                           double tolerance, double *damping, double *w, double *energy,
                           double *length)
 {
     for (int attempt = 0; attempt < MAX_ATTEMPTS; attempt++) {
         double after = INFINITY;
-        *length = find_step(problem, *damping, w, workspace);
+        *length = find_step(problem, attempt == 0, *damping, w, workspace);
         if (*length >= 0.0) {
             tug_status status = evaluate(problem, workspace->trial, &after);
             if (status != TUG_OK) {
@@ -203,7 +198,6 @@ static tug_status descend(const weight_problem *problem, weight_workspace *works
             return TUG_OK;
         }
         *damping = attempt == 0 ? *damping : fmax(1e-6, 10.0 * *damping);
-        drop_correction(problem->shapes, workspace);
     }
     *length = INFINITY;
     return TUG_OK;
@@ -213,7 +207,8 @@ tug_status minimise_weights(const weight_problem *problem, const tug_baseline_op
                             weight_workspace *workspace, double *w, tug_baseline_info *info)
 {
     double damping = 0.0;
-    drop_correction(problem->shapes, workspace);
+    size_t square = (size_t)problem->shapes * (size_t)problem->shapes;
+    memset(workspace->correction, 0, square * sizeof *workspace->correction);
     tug_status status = evaluate(problem, w, &info->objective);
     while (status == TUG_OK && info->rounds < options->max_rounds && !info->converged) {
         double before = info->objective;
@@ -227,8 +222,9 @@ tug_status minimise_weights(const weight_problem *problem, const tug_baseline_op
         }
         info->rounds++;
         info->increase = fmax(info->increase, info->objective - before);
-        /* A step that is short because it was damped says nothing. */
-        info->converged = damping <= 1e-3 && info->residual <= options->tolerance;
+        /* A damped step is short for its damping too. */
+        double needed = damping == 0.0 ? options->tolerance : 1e-3 * options->tolerance;
+        info->converged = info->residual <= needed;
     }
     return status;
 }

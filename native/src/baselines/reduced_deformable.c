@@ -22,6 +22,9 @@
 #include <math.h>
 #include <string.h>
 
+/* Weight of a group's rotation in its deformation gradient, relative to its edges. */
+static const double TURNED = 1e-6;
+
 typedef struct reduced {
     tug_model *model; /* of the rest shape */
     feature_set features;
@@ -95,18 +98,21 @@ static void find_moments(const tug_baseline *baseline, const int32_t *groups, in
     }
 }
 
-/* The F that best carries the rest shape's edges to the shape's, N A^-1 with the moments N of the
- * shape and A of the rest shape; nothing across a flat group. */
+/* The F that best carries the rest shape's edges to the shape's and turns what they say little of,
+ * the normal of a group that is nearly flat: (N + m R) (A + m I)^-1 with the moments N of the shape
+ * and A of the rest shape, and their rotation R. */
 static void fit_gradient(int32_t k, const double *rest, const double *moment, double *F)
 {
-    double A[9], N[9], trace = 0.0;
+    double A[9], N[9], R[9], trace = 0.0;
     for (int32_t a = 0; a < k; a++) {
         trace += rest[a * k + a];
     }
-    for (int32_t i = 0; i < k * k; i++) {
-        A[i] = rest[i] + (i % (k + 1) == 0 ? 1e-9 * trace : 0.0);
-    }
     store_transposed(k, moment, N);
+    closest_rotation(k, N, R);
+    for (int32_t i = 0; i < k * k; i++) {
+        A[i] = rest[i] + (i % (k + 1) == 0 ? TURNED * trace : 0.0);
+        N[i] += TURNED * trace * R[i % k * k + i / k];
+    }
     cholesky_factor(A, k);
     cholesky_solve(A, k, N, k);
     store_transposed(k, N, F);
