@@ -9,8 +9,11 @@
 
 enum { MAX_ATTEMPTS = 30 };
 
-/* Of |w|^2 / 2, the energy being in units of the diagonal squared: it decides between shapes that
- * are the same, and moves no other weight visibly. */
+/* Of the Hessian's mean diagonal: the first damping, how it grows, and where it is given up. */
+static const double FIRST_DAMPING = 1e-4, GROWTH = 3.0, LAST_DAMPING = 1e9;
+
+/* Of |w|^2 / 2, the energy being in units of the diagonal squared: it decides
+ * between shapes that are the same, and moves no other weight visibly. */
 static const double REGULARISER = 1e-8;
 
 int weight_workspace_create(int32_t shapes, weight_workspace *w)
@@ -44,8 +47,9 @@ void weight_workspace_destroy(weight_workspace *w)
     blend_workspace_destroy(&w->blending);
 }
 
-/* A symmetric rank-one update (SR1) by which Gauss-Newton Hessian and correction agree with how the
- * gradient has changed along the last step. What is along (1, ..., 1) no step can see. */
+/* A symmetric rank-one update (SR1) by which Gauss-Newton Hessian and
+ * correction agree with how the gradient has changed along the last step. What
+ * is along (1, ..., 1) no step can see. */
 static void update_correction(int32_t S, weight_workspace *w)
 {
     double lengths = 0.0, along = 0.0, mean = 0.0;
@@ -100,8 +104,8 @@ static void step_in_simplex(int32_t S, const double *at, weight_workspace *w)
     minimise_blend(&model, &w->blending, w->trial);
 }
 
-/* The same with no bounds: the multiplier of the sum follows from two solves. Returns 0 where the
- * model is not convex. */
+/* The same with no bounds: the multiplier of the sum follows from two solves.
+ * Returns 0 where the model is not convex. */
 static int step_freely(int32_t S, const double *at, weight_workspace *w)
 {
     double along = 0.0, across = 0.0;
@@ -124,18 +128,19 @@ static int step_freely(int32_t S, const double *at, weight_workspace *w)
     return 1;
 }
 
-/* trial <- the step of the model with this damping. Returns how far it moves a weight, or a
- * negative number where the model is not convex. */
-static double find_step(const weight_problem *problem, int corrected, double damping,
+/* trial <- the step of the model, damped until it is convex. Returns how far it
+ * moves a weight. */
+static double find_step(const weight_problem *problem, int corrected, double *damping,
                         const double *at, weight_workspace *w)
 {
     int32_t S = problem->shapes;
-    damp(S, corrected, damping, w);
-    if (!step_freely(S, at, w)) {
-        return -1.0;
+    damp(S, corrected, *damping, w);
+    while (!step_freely(S, at, w) && *damping < LAST_DAMPING) {
+        *damping = fmax(FIRST_DAMPING, GROWTH * *damping);
+        damp(S, corrected, *damping, w);
     }
     if (problem->simplex) {
-        damp(S, corrected, damping, w);
+        damp(S, corrected, *damping, w);
         step_in_simplex(S, at, w);
     }
     double moved = 0.0;
@@ -175,29 +180,28 @@ static void take_step(int32_t S, double *w, weight_workspace *workspace)
     memcpy(workspace->last_gradient, workspace->gradient, (size_t)S * sizeof *w);
 }
 
-/* One step downhill from w, whose energy is *energy. Where the model leads uphill, it goes
- * without its correction, and is damped then. *length: how far the step taken goes. */
+/* One step downhill from w, whose energy is *energy. Where the model leads uphill, it goes without
+ * its correction, and is damped more and more then. *damping: of the last step, and of this one.
+ * *length: how far it goes. */
 static tug_status descend(const weight_problem *problem, weight_workspace *workspace,
                           double tolerance, double *damping, double *w, double *energy,
                           double *length)
 {
+    double start = *damping > FIRST_DAMPING ? *damping / GROWTH : 0.0, after;
+    *damping = start;
     for (int attempt = 0; attempt < MAX_ATTEMPTS; attempt++) {
-        double after = INFINITY;
-        *length = find_step(problem, attempt == 0, *damping, w, workspace);
-        if (*length >= 0.0) {
-            tug_status status = evaluate(problem, workspace->trial, &after);
-            if (status != TUG_OK) {
-                return status;
-            }
+        *length = find_step(problem, attempt == 0, damping, w, workspace);
+        tug_status status = evaluate(problem, workspace->trial, &after);
+        if (status != TUG_OK) {
+            return status;
         }
         /* Below the tolerance the decrease may drown in the rounding of the energy. */
-        if (after <= *energy || (*length >= 0.0 && *length <= tolerance)) {
+        if (after <= *energy || *length <= tolerance) {
             take_step(problem->shapes, w, workspace);
             *energy = after;
-            *damping = *damping > 1e-8 ? 0.1 * *damping : 0.0;
             return TUG_OK;
         }
-        *damping = attempt == 0 ? *damping : fmax(1e-6, 10.0 * *damping);
+        *damping = attempt == 0 ? start : fmax(FIRST_DAMPING, GROWTH * *damping);
     }
     *length = INFINITY;
     return TUG_OK;
