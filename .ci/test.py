@@ -69,8 +69,14 @@ def compiled_tests(preset: str) -> Callable[[Path], list[list[str]]]:
     return commands
 
 
-def build(preset: str) -> list[list[str]]:
-    return [["cmake", "--preset", preset], ["cmake", "--build", "--preset", preset]]
+def threaded_tests(report: Path) -> list[list[str]]:
+    """Those with threads of their own: nothing else can race, and the sanitizer is slow."""
+    test = ["ctest", "--preset", "tsan", "-R", "^threads$", "--output-junit", str(report)]
+    return [*build("tsan", "--target", "test_threads"), test]
+
+
+def build(preset: str, *options: str) -> list[list[str]]:
+    return [["cmake", "--preset", preset], ["cmake", "--build", "--preset", preset, *options]]
 
 
 def c_style(_report: Path) -> list[list[str]]:
@@ -120,6 +126,7 @@ STEPS = (
     Step("Python style", python_style),
     Step("C, debug", compiled_tests("debug")),
     Step("C, address and undefined behaviour sanitizers", compiled_tests("asan")),
+    Step("C, thread sanitizer", threaded_tests),
     Step("C, release", compiled_tests("release")),
     Step("Python without Blender", python_tests),
 )

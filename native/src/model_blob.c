@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* A model as one block of bytes: magic and version, checksum of all that follows, header, data. */
+#include "dense.h"
 #include "model.h"
 
 #include <math.h>
@@ -122,6 +123,7 @@ tug_status model_load(const void *blob, size_t size, tug_model **out)
                     "tug_load_model: the model is damaged or cut short: bind again");
     }
     memcpy(model->data, data, data_size);
+    use_one_blas_thread(); /* for its solves: this process may never have made a model */
     *out = model;
     return TUG_OK;
 }
