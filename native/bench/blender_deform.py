@@ -1,11 +1,9 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Inside Blender: the same drag by Tug, by Laplacian Deform with hooks, and by hooks alone.
-
-    python3 blender_tests/run_script.py native/bench/blender_deform.py [VERTICES ...]
+"""blender_deform.py NAME VERTICES OUT: inside Blender, the same drag of one mesh by Tug, by
+Laplacian Deform with hooks, and by hooks alone; as rows of this name in the file OUT.
 
 A frame is: ten empties are moved, the scene is brought up to date, the evaluated mesh is there.
-Tug writes its shape key in between. The rows go to build/bench_blender.json.
+Tug solves and writes its shape key in between.
 """
 
 from __future__ import annotations
@@ -14,7 +12,7 @@ import json
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import bpy
@@ -23,19 +21,37 @@ import numpy as np
 CHECKOUT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(CHECKOUT), str(CHECKOUT / "blender_tests"), str(CHECKOUT / "native" / "bench")]
 from blenders import arguments  # noqa: E402
-from continuity import draw_paths  # noqa: E402
+from continuity import draw_paths, farthest  # noqa: E402
 from data import ExampleSet  # noqa: E402
 from generated import tube  # noqa: E402
-from suite import Row, compare  # noqa: E402
+from suite import HANDLES, Row, compare  # noqa: E402
 from support import add_keys, add_mesh, depsgraph, evaluated  # noqa: E402
 
 import addon  # noqa: E402
 from addon import rig  # noqa: E402
 
-OUT = CHECKOUT / "build" / "bench_blender.json"
-SIZES = (5_000, 20_000, 100_000)
-SHAPES, HANDLES, FRAMES = 6, 10, 12
+SHAPES, FRAMES = 6, 12
 REPEATS = (1, 5)  # of the rotations in Laplacian Deform
+
+
+@dataclass(frozen=True)
+class Drag:
+    """A mesh, its handle vertices and where they are to be: frames by #H by 3."""
+
+    poses: ExampleSet
+    handles: np.ndarray
+    frames: np.ndarray
+
+
+@dataclass(frozen=True)
+class Timed:
+    """One way through a drag; seconds, medians over its frames but the first."""
+
+    frame: float
+    solve: float  # of it, what Tug itself does
+    handle_error: float  # largest distance of a handle's vertex from its place, in diagonals
+    converged: bool
+    bind: float = 0.0
 
 
 def add_object(poses: ExampleSet) -> bpy.types.Object:
@@ -44,15 +60,15 @@ def add_object(poses: ExampleSet) -> bpy.types.Object:
     return add_mesh("Tube", poses.shapes[0], poses.triangles.tolist())
 
 
-def by_tug(poses: ExampleSet, handles: np.ndarray, frames: np.ndarray) -> tuple[float, float]:
-    """Seconds to bind, and for a frame."""
-    obj = add_object(poses)
-    add_keys(obj, *poses.shapes[1:])
-    empties = [rig.add_handle(obj, int(v), f"Handle {i}") for i, v in enumerate(handles)]
+def by_tug(drag: Drag) -> Timed:
+    """With the first pose as rest shape and the others as keys."""
+    obj = add_object(drag.poses)
+    add_keys(obj, *drag.poses.shapes[1:])
+    empties = [rig.add_handle(obj, int(v), f"Handle {i}") for i, v in enumerate(drag.handles)]
     start = time.perf_counter()
     rig.bind(obj)
     bound = time.perf_counter() - start
-    return bound, frame_seconds(obj, empties, frames, lambda: rig.solve(obj, depsgraph()))
+    return follow(drag, obj, empties, bound, lambda: rig.solve(obj, depsgraph()).converged)
 
 
 def add_hooks(obj: bpy.types.Object, handles: np.ndarray) -> list[bpy.types.Object]:
@@ -72,20 +88,18 @@ def add_hooks(obj: bpy.types.Object, handles: np.ndarray) -> list[bpy.types.Obje
     return empties
 
 
-def by_hooks(poses: ExampleSet, handles: np.ndarray, frames: np.ndarray) -> float:
-    """Seconds for a frame; nothing but the ten vertices moves."""
-    obj = add_object(poses)
-    return frame_seconds(obj, add_hooks(obj, handles), frames, lambda: None)
+def by_hooks(drag: Drag) -> Timed:
+    """Nothing but the ten vertices moves: what any use of modifiers costs."""
+    obj = add_object(drag.poses)
+    return follow(drag, obj, add_hooks(obj, drag.handles))
 
 
-def by_laplacian(
-    poses: ExampleSet, handles: np.ndarray, frames: np.ndarray, repeat: int
-) -> tuple[float, float]:
-    """Seconds to bind, and for a frame."""
-    obj = add_object(poses)
-    empties = add_hooks(obj, handles)
+def by_laplacian(drag: Drag, repeat: int) -> Timed:
+    """The handles' vertices as its anchors, moved by hooks."""
+    obj = add_object(drag.poses)
+    empties = add_hooks(obj, drag.handles)
     anchors = obj.vertex_groups.new(name="Anchors")
-    anchors.add([int(vertex) for vertex in handles], 1.0, "REPLACE")
+    anchors.add([int(vertex) for vertex in drag.handles], 1.0, "REPLACE")
     modifier = obj.modifiers.new("Laplacian", "LAPLACIANDEFORM")
     modifier.vertex_group, modifier.iterations = anchors.name, repeat
     start = time.perf_counter()
@@ -95,56 +109,60 @@ def by_laplacian(
     bound = time.perf_counter() - start
     if not modifier.is_bind:
         raise RuntimeError("Laplacian Deform did not bind")
-    return bound, frame_seconds(obj, empties, frames, lambda: None)
+    return follow(drag, obj, empties, bound)
 
 
-def frame_seconds(
+def follow(
+    drag: Drag,
     obj: bpy.types.Object,
     empties: list[bpy.types.Object],
-    frames: np.ndarray,
-    solve: Callable[[], object],
-) -> float:
-    """Median; the first frame does not count."""
-    seconds = []
-    for targets in frames:
+    bind: float = 0.0,
+    solve: Callable[[], bool] = lambda: True,
+) -> Timed:
+    """All frames; `solve` tells whether it has converged."""
+    times, converged, error = [], True, 0.0
+    for targets in drag.frames:
         start = time.perf_counter()
         for empty, target in zip(empties, targets, strict=True):
             empty.location = target
         bpy.context.view_layer.update()
-        solve()
+        before_solve = time.perf_counter()
+        converged &= solve()
+        after_solve = time.perf_counter()
         obj.evaluated_get(depsgraph()).data.vertices[0].co.copy()
-        seconds.append(time.perf_counter() - start)
-    return float(np.median(seconds[1:]))
+        times.append((time.perf_counter() - start, after_solve - before_solve))
+        error = max(error, farthest(evaluated(obj)[drag.handles], targets))
+    frame, own = np.median(times[1:], axis=0).tolist()
+    return Timed(frame, own, error / drag.poses.diagonal, converged, bind)
 
 
-def measure(vertices: int) -> list[Row]:
-    """Tug beside each of the others on one mesh."""
+def measure(name: str, vertices: int) -> list[Row]:
+    """Tug beside each of the others."""
     poses = tube(vertices, SHAPES)
     handles = poses.spread_handles(HANDLES)
-    frames = next(draw_paths(poses, handles, 1)).frames(FRAMES)
+    drag = Drag(poses, handles, next(draw_paths(poses, handles, 1)).frames(FRAMES - 1))
+    own = by_tug(drag)
     sizes = {"vertices": len(poses.shapes[0]), "shapes": SHAPES, "handles": HANDLES}
-    sizes["blender"] = bpy.app.version_string
-    bound, frame = by_tug(poses, handles, frames)
-    name, label = "blender_frame", f"a frame, {sizes['vertices']} vertices"
-    hooks = by_hooks(poses, handles, frames)
-    rows = [compare(name, label, "ms", 1e3 * frame, "hooks alone", 1e3 * hooks, None, sizes)]
+    sizes |= {"blender": bpy.app.version_string, "handle_error": own.handle_error}
+    of = f"{sizes['vertices']} vertices, Blender {sizes['blender']}"
+    metric = f"solve, positions and writing the key, {of}"
+    rows = [Row(name, metric, "ms", 1e3 * own.solve, converged=own.converged, sizes=sizes)]
+    others = {"hooks alone": by_hooks(drag)}
     for repeat in REPEATS:
-        peer = f"Laplacian Deform, Repeat {repeat}, and hooks"
-        peer_bound, peer_frame = by_laplacian(poses, handles, frames, repeat)
-        rows.append(compare(name, label, "ms", 1e3 * frame, peer, 1e3 * peer_frame, None, sizes))
-    label = f"bind, {sizes['vertices']} vertices"
-    rows.append(compare("blender_bind", label, "s", bound, peer, peer_bound, None, sizes))
+        others[f"Laplacian Deform, Repeat {repeat}, and hooks"] = by_laplacian(drag, repeat)
+    for peer, other in others.items():
+        both = sizes | {"peer_handle_error": other.handle_error}
+        times = (1e3 * own.frame, peer, 1e3 * other.frame)
+        rows.append(compare(name, f"a frame, {of}", "ms", *times, own.converged, both))
+        if other.bind:
+            rows.append(compare(name, f"bind, {of}", "s", own.bind, peer, other.bind, None, both))
     return rows
 
 
 def main() -> None:
+    name, vertices, out = arguments(sys.argv)
     addon.register()
-    rows = []
-    for vertices in map(int, arguments(sys.argv) or SIZES):
-        for row in measure(vertices):
-            print(row, flush=True)
-            rows.append(asdict(row))
-    OUT.write_text(json.dumps(rows, indent=1) + "\n")
+    Path(out).write_text(json.dumps([asdict(row) for row in measure(name, int(vertices))]))
 
 
 if __name__ == "__main__":
