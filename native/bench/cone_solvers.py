@@ -147,7 +147,10 @@ PEERS: dict[str, Callable[[Cones], tuple[np.ndarray, float, bool]]] = {
 }
 
 
-def solve_by_peer(name: str, problem: ConeProgram) -> Optimum:
-    """One solver of PEERS on one form of an instance."""
-    x, seconds, converged = PEERS[name](to_cones(problem))
+def solve_by_peer(name: str, problem: ConeProgram, repeats: int) -> Optimum:
+    """One solver of PEERS on one form of an instance; the median of its times."""
+    cones = to_cones(problem)
+    runs = [PEERS[name](cones) for _ in range(repeats)]
+    x, _, converged = runs[0]
+    seconds = float(np.median([run[1] for run in runs]))
     return Optimum(evaluate(problem, x[1:]), seconds, converged)
