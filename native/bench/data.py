@@ -7,6 +7,7 @@ A file holds `verts` (poses by #V by k) and `faces` (#F by 3) or `quads` (#Q by 
 from __future__ import annotations
 
 import os
+import zipfile
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -19,7 +20,7 @@ GROUPS_A_HANDLE = 2
 
 
 class MissingDataError(Exception):
-    """There is no folder of meshes, or not the set that was asked for."""
+    """There is no folder of meshes, not the set that was asked for, or its file cannot be used."""
 
 
 @dataclass(frozen=True)
@@ -67,21 +68,35 @@ def default_folder() -> Path:
 
 def set_names(folder: Path) -> list[str]:
     """All sets of a folder. Raises MissingDataError where there is none."""
+    if not folder.is_dir():
+        raise MissingDataError(f"there is no folder {folder}: name that of the meshes by TUG_DATA")
     names = sorted(path.stem for path in folder.glob("*.npz"))
     if not names:
-        raise MissingDataError(f"no .npz files in {folder}: name their folder by TUG_DATA")
+        raise MissingDataError(f"no .npz files in {folder}: name the folder with them by TUG_DATA")
     return names
 
 
 def load(folder: Path, name: str) -> ExampleSet:
-    """One set. Raises MissingDataError where the folder does not have it."""
+    """One set, without vertices that are in no face. Raises MissingDataError where the folder does
+    not have it, or something else under its name."""
     path = folder / f"{name}.npz"
     if not path.is_file():
-        raise MissingDataError(f"there is no {path.name} in {folder}")
-    with np.load(path) as file:
-        shapes = file["verts"].astype(np.float64)
-        triangles = file["faces"] if "faces" in file else triangulate(file["quads"])
+        raise MissingDataError(
+            f"no set {name} in {folder}; there are: {', '.join(set_names(folder))}"
+        )
+    try:
+        with np.load(path) as file:
+            shapes = file["verts"].astype(np.float64)
+            triangles = file["faces"] if "faces" in file else triangulate(file["quads"])
+    except (OSError, EOFError, zipfile.BadZipFile, KeyError, ValueError) as error:
+        raise MissingDataError(f"{path} is no set of poses: {error}") from error
+    if shapes.ndim != 3 or shapes.shape[2] not in (2, 3) or triangles.shape[1:] != (3,):
+        raise MissingDataError(
+            f"{path} is no set of poses: verts must be poses by vertices by 2 or 3, faces by 3"
+        )
     used, numbers = np.unique(triangles, return_inverse=True)
+    if used[0] < 0 or used[-1] >= shapes.shape[1]:
+        raise MissingDataError(f"{path} is no set of poses: its faces name vertices it lacks")
     triangles = numbers.reshape(triangles.shape).astype(np.int32)
     return ExampleSet(name, np.ascontiguousarray(shapes[:, used]), triangles)
 

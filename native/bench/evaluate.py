@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Evaluate methods on a folder of example poses, as JSON.
 
-evaluate.py --data DIR --sets lion,cat --methods amrap,fast --handles 10 --out out.json
+evaluate.py --data DIR --sets lion,cat --methods amrap,fast --handles 10 --examples 8 --out out.json
 """
 
 from __future__ import annotations
@@ -35,16 +35,45 @@ def parse_arguments() -> argparse.Namespace:
         "--methods", type=names, default=["amrap"], help=f"comma-separated, of {', '.join(known)}"
     )
     parser.add_argument("--handles", type=int, default=10, help="farthest points from vertex 0")
-    parser.add_argument("--examples", type=int, help="use the first so many poses of a set")
+    parser.add_argument(
+        "--examples", type=int, help="use the first so many poses of a set, two or more"
+    )
     parser.add_argument("--out", type=Path, required=True, help="JSON file to write")
     given = parser.parse_args()
     if unknown := set(given.methods) - set(known):
         parser.error(f"no method {', '.join(sorted(unknown))}; there are: {', '.join(known)}")
+    if given.examples is not None and given.examples < 2:
+        parser.error(f"--examples {given.examples}: a pose is left out, so two are the least")
+    if given.handles < 1:
+        parser.error(f"--handles {given.handles}: one is the least")
     return given
 
 
 def names(text: str) -> list[str]:
-    return [name for name in text.split(",") if name]
+    """At least one, each once."""
+    found = list(dict.fromkeys(name for name in text.split(",") if name))
+    if not found:
+        raise argparse.ArgumentTypeError("no names")
+    return found
+
+
+def load_sets(given: argparse.Namespace) -> list[ExampleSet]:
+    """All that are asked for, before the first is worked on. Raises MissingDataError where one
+    cannot be evaluated."""
+    found = []
+    for name in given.sets or set_names(given.data):
+        poses = load(given.data, name).first(given.examples)
+        count, vertices, _ = poses.shapes.shape
+        if count < 2:
+            raise MissingDataError(
+                f"{name} has {count} pose: one is left out, so two are the least"
+            )
+        if vertices < given.handles:
+            raise MissingDataError(
+                f"{name} has {vertices} vertices, too few for {given.handles} handles"
+            )
+        found.append(poses)
+    return found
 
 
 def evaluate_set(poses: ExampleSet, methods: list[str], handle_count: int) -> dict:
@@ -102,16 +131,14 @@ def describe(result: dict) -> str:
 
 def main() -> None:
     given = parse_arguments()
-    result = {}
-    for name in given.sets or set_names(given.data):
-        poses = load(given.data, name).first(given.examples)
-        result[name] = evaluate_set(poses, given.methods, given.handles)
+    sets = load_sets(given)
     given.out.parent.mkdir(parents=True, exist_ok=True)
+    result = {one.name: evaluate_set(one, given.methods, given.handles) for one in sets}
     given.out.write_text(json.dumps({"handles": given.handles, "sets": result}, indent=1) + "\n")
 
 
 if __name__ == "__main__":
     try:
         main()
-    except (MissingDataError, native.LibraryError) as error:
+    except (MissingDataError, native.LibraryError, native.TugError) as error:
         sys.exit(f"evaluate.py: {error}")
