@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# make demo | test | bench | build | lint | sanitize. Each installs what it lacks and then calls CMake.
+# make demo | test | bench | measurements | build | lint | sanitize. Each installs what it lacks and then calls CMake.
 # make test ONLY=words runs the steps with these words in their name.
 
-.PHONY: demo test bench build lint sanitize ready ready-for-tests
+.PHONY: demo test bench measurements build lint sanitize ready ready-for-tests
 
 demo: build
 	python3 blender_tests/run_script.py sample_scenes/demo.py
@@ -12,6 +12,9 @@ test: ready-for-tests
 
 bench: build
 	python3 native/bench/in_environment.py bench.py
+
+measurements: bench
+	python3 native/bench/report.py
 
 build: ready
 	cmake --preset release

@@ -19,6 +19,7 @@ FORMS: dict[str, dict[str, float]] = {
     "amrap": {"form": Form.STEADY},
     "paper": {"form": Form.PAPER},
     "no_rotations": {"form": Form.NO_ROTATIONS},
+    "no_costs": {"form": Form.STEADY, "lambda_": 0.0},
 }
 ONE_SHAPE = ("fast",)  # methods that see the rest shape only
 NO_PEERS = "the library of the other methods was not built"

@@ -14,7 +14,7 @@ from continuity import draw_paths
 from data import ExampleSet, bind
 from generated import tube
 from library import Form, Mesh, Model, Rows, Solver, cluster_triangles, compute_weights, native
-from methods import Tug, peers
+from methods import Tally, Tug, peers
 from suite import HANDLES, TABLE, Row, Suite, compare, not_run
 from timing import position_seconds, seconds_of, solve_seconds
 
@@ -177,7 +177,9 @@ def solve_many_handles(handle_count: int, shapes: int, sender: object) -> None:
 def growth_rows(suite: Suite) -> Iterator[Row]:
     """Exponents p of time ~ x^p, fitted to four sizes, the others at GROWTH_BASE."""
     for letter, values in GROWTH.items():
-        times = np.array([grow(suite, GROWTH_BASE | {letter: value}) for value in values])
+        tally = Tally()
+        times = np.array([grow(suite, GROWTH_BASE | {letter: x}, tally) for x in values])
+        suite.tally.add(tally, f"growth in {letter}")
         exponents = np.polyfit(np.log(values), np.log(times), 1)[0]
         sizes = {"values": values} | {k: v for k, v in GROWTH_BASE.items() if k != letter}
         for what, exponent, column in zip(
@@ -185,21 +187,26 @@ def growth_rows(suite: Suite) -> Iterator[Row]:
         ):
             seconds = {"seconds": column.tolist()}
             metric = f"exponent of {what} in {letter}"
-            yield Row("growth", metric, "", float(exponent), sizes=sizes | seconds)
+            converged = tally.unconverged == 0 if what == "solve" else None
+            sized = {"converged": converged, "sizes": sizes | seconds}
+            yield Row("growth", metric, "", float(exponent), **sized)
 
 
-def grow(suite: Suite, size: dict[str, int]) -> tuple[float, float, float]:
-    """Seconds of model, solve (median) and positions (median)."""
+def grow(suite: Suite, size: dict[str, int], tally: Tally) -> tuple[float, float, float]:
+    """Seconds of model, solve and positions, each a median."""
     poses = tube(int(suite.size * size["n"]), size["S"])
     handles = poses.spread_handles(size["H"])
     with Mesh(poses.shapes[0], poses.triangles) as mesh:
         weights, _ = compute_weights(mesh, [[handle] for handle in handles])
         groups = cluster_triangles(mesh, weights, size["G"])
-        start = time.perf_counter()
-        model = Model(mesh, poses.shapes, weights, Rows.pin(handles), groups)
-        model_seconds = time.perf_counter() - start
+        given = (mesh, poses.shapes, weights, Rows.pin(handles), groups)
+        model_seconds = np.median(seconds_of(lambda: Model(*given).close(), 3))
+        model = Model(*given)
     with Solver(model) as solver:
-        solve = np.median(solve_seconds(solver, along_paths(poses, handles, 4)))
+        frames = along_paths(poses, handles, 4)
+        for frame in frames:
+            tally.count(solver.solve(frame), Form.STEADY, poses.diagonal)
+        solve = np.median(solve_seconds(solver, frames))
         positions = np.median(position_seconds(solver, 20))
     model.close()
-    return model_seconds, float(solve), float(positions)
+    return float(model_seconds), float(solve), float(positions)
