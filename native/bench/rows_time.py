@@ -176,12 +176,14 @@ def solve_many_handles(handle_count: int, shapes: int, sender: object) -> None:
 
 def growth_rows(suite: Suite) -> Iterator[Row]:
     """Exponents p of time ~ x^p, fitted to four sizes, the others at GROWTH_BASE."""
-    for letter, values in GROWTH.items():
+    scaled = {"n": [int(suite.size * n) for n in GROWTH["n"]]}
+    base = GROWTH_BASE | {"n": int(suite.size * GROWTH_BASE["n"])}
+    for letter, values in (GROWTH | scaled).items():
         tally = Tally()
-        times = np.array([grow(suite, GROWTH_BASE | {letter: x}, tally) for x in values])
+        times = np.array([grow(base | {letter: x}, tally) for x in values])
         suite.tally.add(tally, f"growth in {letter}")
         exponents = np.polyfit(np.log(values), np.log(times), 1)[0]
-        sizes = {"values": values} | {k: v for k, v in GROWTH_BASE.items() if k != letter}
+        sizes = {"values": values} | {k: v for k, v in base.items() if k != letter}
         for what, exponent, column in zip(
             ("model", "solve", "positions"), exponents, times.T, strict=True
         ):
@@ -192,9 +194,9 @@ def growth_rows(suite: Suite) -> Iterator[Row]:
             yield Row("growth", metric, "", float(exponent), **sized)
 
 
-def grow(suite: Suite, size: dict[str, int], tally: Tally) -> tuple[float, float, float]:
+def grow(size: dict[str, int], tally: Tally) -> tuple[float, float, float]:
     """Seconds of model, solve and positions, each a median."""
-    poses = tube(int(suite.size * size["n"]), size["S"])
+    poses = tube(size["n"], size["S"])
     handles = poses.spread_handles(size["H"])
     with Mesh(poses.shapes[0], poses.triangles) as mesh:
         weights, _ = compute_weights(mesh, [[handle] for handle in handles])

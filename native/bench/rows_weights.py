@@ -44,11 +44,11 @@ def weights_rows(suite: Suite, name: str, vertices: int, repeats: int) -> Iterat
         "handles": HANDLES,
         "iterations": info.iterations,
         "gap": info.gap,
-        "peer_converged": peer.converged,
     }
+    beside = sizes | {"peer_converged": peer.converged}
     label = f"{LIBIGL}, one handle times {HANDLES}"
     peer_seconds = HANDLES * peer.seconds
-    yield compare(name, "weights", "s", seconds, label, peer_seconds, info.converged, sizes)
+    yield compare(name, "weights", "s", seconds, label, peer_seconds, info.converged, beside)
     yield Row(name, "relative duality gap", "", info.gap, converged=info.converged, sizes=sizes)
 
 
