@@ -2,6 +2,7 @@
 #include "solver.h"
 
 #include "forms.h"
+#include "moments.h"
 #include "small_matrix.h"
 
 #include <math.h>
@@ -70,18 +71,6 @@ static void start_blend(tug_solver *solver)
     }
 }
 
-/* T from blend and rotations. */
-static void find_transforms(tug_solver *solver)
-{
-    int32_t k = solver->model->header.dimension, kk = k * k;
-    int32_t n = solver->model->header.groups * solver->model->header.shapes;
-    for (int32_t i = 0; i < n * kk; i++) {
-        int32_t pair = i / kk, row = i / k % k, column = i % k;
-        solver->V[i] = solver->B[pair] * solver->R[pair * kk + column * k + row];
-    }
-    recover_transforms(&solver->model->energy, solver->V, solver->Y, k, solver->T);
-}
-
 void solver_solve(tug_solver *solver, const double *targets, tug_solve_info *info)
 {
     take_targets(solver, targets);
@@ -102,7 +91,9 @@ void solver_solve(tug_solver *solver, const double *targets, tug_solve_info *inf
         solve_without_rotations(solver, info);
         break;
     }
-    find_transforms(solver);
+    stack_rotations(solver, solver->V);
+    recover_transforms(&solver->model->energy, solver->V, solver->Y,
+                       solver->model->header.dimension, solver->T);
     place_transforms(&solver->model->dictionary, solver->T, solver->placed_T);
     double unit = solver->model->header.unit, scale = solver->options.squared ? unit * unit : unit;
     info->converged &= solver->costs.converged;

@@ -11,12 +11,13 @@ void solver_destroy(tug_solver *solver)
     if (solver == NULL) {
         return;
     }
-    double *arrays[] = {
-        solver->Y,        solver->pull,     solver->B,        solver->R,       solver->T,
-        solver->placed_T, solver->Q,        solver->c,        solver->d,       solver->folded_Q,
-        solver->folded_c, solver->folded_d, solver->folded_B, solver->group_R, solver->prior_R,
-        solver->prior_B,  solver->kept_R,   solver->C,        solver->L,       solver->X,
-        solver->J,        solver->face_J,   solver->face_X,   solver->face_H,  solver->V};
+    double *arrays[] = {solver->Y,        solver->pull,     solver->B,        solver->R,
+                        solver->T,        solver->placed_T, solver->Q,        solver->c,
+                        solver->d,        solver->folded_Q, solver->folded_c, solver->folded_d,
+                        solver->folded_B, solver->group_R,  solver->prior_R,  solver->prior_B,
+                        solver->kept_R,   solver->C,        solver->L,        solver->X,
+                        solver->J,        solver->face_J,   solver->face_X,   solver->face_H,
+                        solver->V,        solver->M};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) {
         release(arrays[i]);
     }
@@ -75,6 +76,7 @@ static int allocate_solver(tug_solver *s)
         {&s->face_X, n * size},
         {&s->face_H, n * n},
         {&s->V, n * kk},
+        {&s->M, n * kk},
     };
     return allocate_arrays(requests, sizeof requests / sizeof *requests);
 }

@@ -44,6 +44,7 @@ struct tug_solver {
     rotation_workspace turning;
 
     double *V; /* #G #S k by k: blend weight times rotation, transposed */
+    double *M; /* #G #S by k by k: moments, (A 23) */
 };
 
 tug_status solver_create(const tug_model *model, const tug_solver_options *options,

@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "moments.h"
+
+#include "rotation.h"
+
+#include <string.h>
+
+static int32_t pair_count(const tug_solver *solver)
+{
+    return solver->model->header.groups * solver->model->header.shapes;
+}
+
+void stack_rotations(const tug_solver *solver, double *V)
+{
+    int32_t k = solver->model->header.dimension, kk = k * k;
+    for (int32_t i = 0; i < pair_count(solver) * kk; i++) {
+        int32_t pair = i / kk, row = i / k % k, column = i % k;
+        V[i] = solver->B[pair] * solver->R[pair * kk + column * k + row];
+    }
+}
+
+/* H_ij of two pairs of one group. */
+static void find_stiffness(const tug_model *model, int32_t i, int32_t j, double *block)
+{
+    int32_t k = model->header.dimension, S = model->header.shapes;
+    size_t p = (size_t)(S * k), g = (size_t)(i / S);
+    for (int32_t ab = 0; ab < k * k; ab++) {
+        size_t row = (size_t)(i % S * k + ab / k), column = (size_t)(j % S * k + ab % k);
+        block[ab] = model->H[(g * p + row) * p + column];
+    }
+}
+
+/* A_ij = H_ij - C_ij, pairs of different groups having no H_ij. */
+static void find_own_block(const tug_solver *solver, int32_t i, int32_t j, double *block)
+{
+    const tug_model *model = solver->model;
+    size_t G = (size_t)model->header.groups, S = (size_t)model->header.shapes;
+    size_t kk = (size_t)(model->header.dimension * model->header.dimension);
+    size_t g = (size_t)i / S, h = (size_t)j / S, s = (size_t)i % S, t = (size_t)j % S;
+    memset(block, 0, kk * sizeof *block);
+    if (g == h) {
+        find_stiffness(model, i, j, block);
+    }
+    for (size_t ab = 0; ab < kk; ab++) {
+        block[ab] -= model->energy.C[(((g * G + h) * kk + ab) * S + s) * S + t];
+    }
+}
+
+static int is_zero(const double *block, int32_t count)
+{
+    for (int32_t i = 0; i < count; i++) {
+        if (block[i] != 0.0) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+void find_own_moments(const tug_solver *solver, const double *V, double *AV)
+{
+    int32_t k = solver->model->header.dimension, kk = k * k, n = pair_count(solver);
+    double block[9], product[9];
+    memset(AV, 0, (size_t)(n * kk) * sizeof *AV);
+    for (int32_t j = 0; j < n; j++) {
+        if (is_zero(V + j * kk, kk)) {
+            continue; /* most shapes count in no group */
+        }
+        for (int32_t i = 0; i < n; i++) {
+            find_own_block(solver, i, j, block);
+            multiply(k, block, V + j * kk, product);
+            for (int32_t ab = 0; ab < kk; ab++) {
+                AV[i * kk + ab] += product[ab];
+            }
+        }
+    }
+}
+
+void find_pose_moments(const tug_solver *solver, const double *V, double *M)
+{
+    int32_t k = solver->model->header.dimension;
+    find_own_moments(solver, V, M);
+    for (int32_t i = 0; i < pair_count(solver) * k * k; i++) {
+        M[i] += solver->pull[i];
+    }
+}
+
+void find_blended_moments(const tug_solver *solver, double *N)
+{
+    int32_t k = solver->model->header.dimension, kk = k * k, S = solver->model->header.shapes;
+    double block[9], product[9];
+    memset(N, 0, (size_t)(pair_count(solver) * kk) * sizeof *N);
+    for (int32_t i = 0; i < pair_count(solver); i++) {
+        for (int32_t j = i / S * S; j < (i / S + 1) * S; j++) {
+            if (solver->B[j] == 0.0) {
+                continue;
+            }
+            find_stiffness(solver->model, i, j, block);
+            multiply_nt(k, block, solver->R + j * kk, product);
+            for (int32_t ab = 0; ab < kk; ab++) {
+                N[i * kk + ab] += solver->B[j] * product[ab];
+            }
+        }
+    }
+}
