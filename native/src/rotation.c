@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "rotation.h"
 
+#include "dense.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -116,6 +118,30 @@ void closest_rotation(int32_t k, const double *M, double *R)
     R[1] = -s;
     R[2] = s;
     R[3] = c;
+}
+
+void skew_matrix(int32_t k, const double *w, double *W)
+{
+    if (k == 2) {
+        memcpy(W, (double[]){0.0, -w[0], w[0], 0.0}, 4 * sizeof *W);
+        return;
+    }
+    memcpy(W, (double[]){0.0, -w[2], w[1], w[2], 0.0, -w[0], -w[1], w[0], 0.0}, 9 * sizeof *W);
+}
+
+void solve_for_turn(int32_t k, const double *R, const double *M, const double *a, double *w)
+{
+    double S[9], J[9], trace = trace_of_product(k, R, M);
+    int32_t t = tangent_size(k);
+    multiply(k, R, M, S);
+    for (int32_t i = 0; i < t * t; i++) {
+        J[i] = k == 2 ? trace : (i % 4 == 0 ? trace : 0.0) - 0.5 * (S[i] + S[i % 3 * 3 + i / 3]);
+    }
+    memset(w, 0, (size_t)t * sizeof *w);
+    if (cholesky_factor(J, t)) {
+        memcpy(w, a, (size_t)t * sizeof *w);
+        cholesky_solve(J, t, w, 1);
+    }
 }
 
 static void exponential(int32_t k, const double *w, double *E)

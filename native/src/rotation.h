@@ -25,4 +25,14 @@ double angle_between(int32_t k, const double *A, const double *B);
 /* a with tr(W M) = a . w for the skew matrix W of every w. */
 void axial_vector(int32_t k, const double *M, double *a);
 
+/* W with W x = w x x, or w times a quarter turn in the plane: tr(W M) = w . axial_vector(M). */
+void skew_matrix(int32_t k, const double *w, double *W);
+
+/* The derivative of closest_rotation, (A 29-30). As M moves by dM, its closest rotation R becomes
+ * exp(w) R with J w = axial_vector(R dM), J = tr(R M) I - R M: R M has to stay symmetric. In the
+ * basis of M's singular vectors J is diagonal, sums of two singular values. Here w = J^-1 a, for
+ * any a: J is symmetric, so this is the derivative's adjoint too. Where M leaves R open (J
+ * singular), w is zero. */
+void solve_for_turn(int32_t k, const double *R, const double *M, const double *a, double *w);
+
 #endif

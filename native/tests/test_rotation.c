@@ -194,6 +194,66 @@ static void axial_vector_is_the_derivative_of_the_trace(void)
     }
 }
 
+static void skew_matrix_is_the_transpose_of_axial_vector(void)
+{
+    uint64_t state = 8;
+    for (int32_t i = 0; i < 100; i++) {
+        int32_t k = 2 + i % 2;
+        double M[9], W[9], w[3], axis[3], sum = 0.0;
+        random_matrix(&state, k, M);
+        axial_vector(k, M, axis);
+        for (int32_t a = 0; a < tangent_size(k); a++) {
+            w[a] = random_between(&state, -1.0, 1.0);
+            sum += w[a] * axis[a];
+        }
+        skew_matrix(k, w, W);
+        CHECK_NEAR(trace_of_product(k, W, M), sum, 1e-15);
+    }
+}
+
+/* (A 29-30) against finite differences, for matrices that are turned over as well. */
+static void closest_rotation_turns_as_its_derivative_says(void)
+{
+    const double step = 1e-6;
+    uint64_t state = 9;
+    for (int32_t i = 0; i < 400; i++) {
+        int32_t k = 2 + i % 2;
+        double M[9], dM[9], R[9], moved[9], there[9], axis[3], product[9], w[3];
+        make_matrix(i / 2 % 2, &state, k, M);
+        random_matrix(&state, k, dM);
+        closest_rotation(k, M, R);
+        multiply(k, R, dM, product);
+        axial_vector(k, product, axis);
+        solve_for_turn(k, R, M, axis, w);
+        double size = 1.0;
+        for (int32_t a = 0; a < tangent_size(k); a++) {
+            size += w[a] * w[a];
+        }
+        for (int32_t a = 0; a < tangent_size(k); a++) {
+            w[a] *= step / size;
+        }
+        for (int32_t j = 0; j < k * k; j++) {
+            moved[j] = M[j] + step / size * dM[j];
+        }
+        closest_rotation(k, moved, there);
+        turn(k, w, R);
+        CHECK_NEAR(angle_between(k, R, there) / step, 0.0, 1e-4);
+    }
+}
+
+static void open_rotations_do_not_turn(void)
+{
+    const double zero[9] = {0}, axis[] = {1.0, -2.0, 3.0};
+    for (int32_t k = 2; k <= 3; k++) {
+        double R[9], w[3] = {7.0, 7.0, 7.0};
+        identity_matrix(k, R);
+        solve_for_turn(k, R, zero, axis, w);
+        for (int32_t a = 0; a < tangent_size(k); a++) {
+            CHECK(w[a] == 0.0);
+        }
+    }
+}
+
 static void angles_are_right_from_tiny_to_half_a_turn(void)
 {
     const double angles[] = {0.0, 1e-12, 1e-9, 1e-6, 0.1, 1.0, PI - 1e-3, PI - 1e-7, PI};
@@ -255,6 +315,9 @@ int main(int argc, char **argv)
     RUN(closest_rotation_finds_the_one_that_carried_the_points);
     RUN(turning_is_the_exponential);
     RUN(axial_vector_is_the_derivative_of_the_trace);
+    RUN(skew_matrix_is_the_transpose_of_axial_vector);
+    RUN(closest_rotation_turns_as_its_derivative_says);
+    RUN(open_rotations_do_not_turn);
     RUN(angles_are_right_from_tiny_to_half_a_turn);
     RUN(products_agree_with_each_other);
     return TEST_RESULT;
