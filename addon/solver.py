@@ -33,6 +33,7 @@ class Form(IntEnum):
     STEADY = 0
     PAPER = 1
     NO_ROTATIONS = 2
+    TRUST_REGION = 3
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ FORMS: dict[str, dict[str, float]] = {
     "paper": {"form": Form.PAPER},
     "no_rotations": {"form": Form.NO_ROTATIONS},
     "no_costs": {"form": Form.STEADY, "lambda_": 0.0},
+    "trust_region": {"form": Form.TRUST_REGION},
 }
 ONE_SHAPE = ("fast",)  # methods that see the rest shape only
 NO_PEERS = "the library of the other methods was not built"

@@ -217,7 +217,11 @@ typedef enum tug_form {
      * need not converge. */
     TUG_FORM_PAPER = 1,
     /* No rotations (section 5.5): one convex problem, solved to its global optimum. */
-    TUG_FORM_NO_ROTATIONS = 2
+    TUG_FORM_NO_ROTATIONS = 2,
+    /* The paper's form made convergent (appendix A): a rotation per group and shape, each a
+     * function of the pose, and a trust region that lowers (A 10) in every round. Ten times slower
+     * than the steady form, and its pose may jump as the paper's does. */
+    TUG_FORM_TRUST_REGION = 3
 } tug_form;
 
 typedef struct tug_solver_options {

@@ -44,12 +44,17 @@ static void start_rotations(tug_solver *solver)
     memcpy(solver->R, solver->costs.rotations, pairs * (size_t)(k * k) * sizeof *solver->R);
 }
 
-void solve_alternating(tug_solver *solver, tug_solve_info *info)
+void start_alternation(tug_solver *solver)
 {
     if (!solver->options.warm_start || !solver->solved) {
         start_rotations(solver);
     }
     solve_blend_here(solver);
+}
+
+void solve_alternating(tug_solver *solver, tug_solve_info *info)
+{
+    start_alternation(solver);
     info->residual = INFINITY;
     while (info->rounds < solver->options.max_rounds && !info->converged) {
         double before = solver->blend.objective;

@@ -319,7 +319,7 @@ tug_status tug_create_solver(const tug_model *model, const tug_solver_options *o
     REQUIRE_POINTER("tug_create_solver", model);
     REQUIRE_POINTER("tug_create_solver", options);
     REQUIRE_SIZE("tug_create_solver", options);
-    REQUIRE(options->form >= TUG_FORM_STEADY && options->form <= TUG_FORM_NO_ROTATIONS,
+    REQUIRE(options->form >= TUG_FORM_STEADY && options->form <= TUG_FORM_TRUST_REGION,
             "tug_create_solver: there is no form %d", options->form);
     REQUIRE(options->lambda >= 0.0 && isfinite(options->lambda),
             "tug_create_solver: lambda is %g: it cannot be negative", options->lambda);

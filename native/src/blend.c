@@ -65,10 +65,10 @@ static void find_gradient(const blend_problem *p, const double *B, double *gradi
     }
 }
 
-/* The least that u can be; above zero even where there is nothing to fit and r is zero. */
-static double least_u(const blend_problem *p)
+/* Above zero even where there is nothing to fit and r is zero. */
+double raise_to_rounding(double u, double r)
 {
-    return FLOOR * fabs(p->r) + 1e-300;
+    return fmax(u, 0.0) + FLOOR * fabs(r) + 1e-300;
 }
 
 /* u, from B and its gradient. */
@@ -76,7 +76,7 @@ static double find_u(const blend_problem *p, const double *B, const double *grad
 {
     size_t n = (size_t)size_of(p);
     double u = 0.5 * (dot(B, gradient, n) + dot(B, p->c, n) + p->r);
-    return fmax(u, 0.0) + least_u(p);
+    return raise_to_rounding(u, p->r);
 }
 
 static double find_objective(const blend_problem *p, const double *B, double u)
@@ -164,7 +164,7 @@ static double choose_tau(const blend_problem *p, const blend_workspace *w, doubl
         u0 += 0.5 * slope * w->solution[2 * a];
         kappa -= w->reduced_d[a] * w->solution[2 * a + 1];
     }
-    u0 = fmax(u0, least_u(p));
+    u0 = fmax(u0, raise_to_rounding(0.0, p->r));
     return 2.0 * sqrt(2.0 * kappa < 1.0 - 1e-12 ? u0 / (1.0 - 2.0 * kappa) : 1e6 * u);
 }
 

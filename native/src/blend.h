@@ -41,6 +41,9 @@ typedef struct blend_result {
     double gap; /* f(B) is at most this far above its minimum */
 } blend_result;
 
+/* u as the root takes it: not below the rounding of terms of the size of r, nor below zero. */
+double raise_to_rounding(double u, double r);
+
 /* Returns 0 where memory is short; the workspace can then be freed all the same. */
 int blend_workspace_create(int32_t groups, int32_t shapes, blend_workspace *workspace);
 void blend_workspace_destroy(blend_workspace *workspace);

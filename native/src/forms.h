@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* The forms of a solve, each from the costs to B and R: steady.c and alternation.c. */
+/* The forms of a solve, each from the costs to B and R: steady.c, alternation.c and
+ * trust_region.c. */
 #ifndef TUG_FORMS_H
 #define TUG_FORMS_H
 
@@ -7,6 +8,13 @@
 
 void solve_steady(tug_solver *solver, tug_solve_info *info);
 void solve_alternating(tug_solver *solver, tug_solve_info *info);
+
+/* The shapes' own rotations, and (A 20) at these. */
+void start_alternation(tug_solver *solver);
+
 void solve_without_rotations(tug_solver *solver, tug_solve_info *info);
+
+/* Leaves V too: its transforms are not those that suit B and R best. */
+void solve_trust_region(tug_solver *solver, tug_solve_info *info);
 
 #endif

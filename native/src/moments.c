@@ -84,6 +84,27 @@ void find_pose_moments(const tug_solver *solver, const double *V, double *M)
     }
 }
 
+/* M_i with the least prior. */
+static void hold_moment(const tug_solver *solver, int32_t i, const double *M, double *held)
+{
+    int32_t k = solver->model->header.dimension, kk = k * k;
+    double weight = LEAST_PRIOR * solver->model->stiffness[i / solver->model->header.shapes];
+    const double *start = solver->costs.rotations + i * kk;
+    for (int32_t ab = 0; ab < kk; ab++) {
+        held[ab] = M[i * kk + ab] + weight * start[ab % k * k + ab / k];
+    }
+}
+
+void follow_moments(tug_solver *solver, const double *M)
+{
+    int32_t k = solver->model->header.dimension;
+    for (int32_t i = 0; i < pair_count(solver); i++) {
+        double held[9];
+        hold_moment(solver, i, M, held);
+        closest_rotation(k, held, solver->R + i * k * k);
+    }
+}
+
 void find_blended_moments(const tug_solver *solver, double *N)
 {
     int32_t k = solver->model->header.dimension, kk = k * k, S = solver->model->header.shapes;
@@ -99,6 +120,45 @@ void find_blended_moments(const tug_solver *solver, double *N)
             for (int32_t ab = 0; ab < kk; ab++) {
                 N[i * kk + ab] += solver->B[j] * product[ab];
             }
+        }
+    }
+}
+
+void add_blend_stiffness(const tug_solver *solver, double weight, double *Q)
+{
+    int32_t k = solver->model->header.dimension, kk = k * k, S = solver->model->header.shapes;
+    size_t n = (size_t)pair_count(solver);
+    for (int32_t i = 0; i < pair_count(solver); i++) {
+        for (int32_t j = i / S * S; j < (i / S + 1) * S; j++) {
+            double block[9], product[9];
+            find_stiffness(solver->model, i, j, block);
+            multiply_nt(k, block, solver->R + j * kk, product);
+            Q[(size_t)i * n + (size_t)j] +=
+                weight * trace_of_product(k, solver->R + i * kk, product);
+        }
+    }
+}
+
+void find_rotation_slope(const tug_solver *solver, const double *M, const double *N, double *slope)
+{
+    int32_t k = solver->model->header.dimension, kk = k * k;
+    memset(slope, 0, (size_t)(pair_count(solver) * kk) * sizeof *slope);
+    for (int32_t i = 0; i < pair_count(solver); i++) {
+        double difference[9], held[9], product[9], axis[3], w[3], W[9];
+        if (solver->B[i] == 0.0) {
+            continue;
+        }
+        for (int32_t ab = 0; ab < kk; ab++) {
+            difference[ab] = solver->B[i] * (N[i * kk + ab] - M[i * kk + ab]);
+        }
+        multiply(k, solver->R + i * kk, difference, product);
+        axial_vector(k, product, axis);
+        hold_moment(solver, i, M, held);
+        solve_for_turn(k, solver->R + i * kk, held, axis, w);
+        skew_matrix(k, w, W);
+        multiply(k, W, solver->R + i * kk, product);
+        for (int32_t ab = 0; ab < kk; ab++) {
+            slope[i * kk + ab] = product[ab % k * k + ab / k];
         }
     }
 }

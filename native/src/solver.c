@@ -90,8 +90,13 @@ void solver_solve(tug_solver *solver, const double *targets, tug_solve_info *inf
     case TUG_FORM_NO_ROTATIONS:
         solve_without_rotations(solver, info);
         break;
+    case TUG_FORM_TRUST_REGION:
+        solve_trust_region(solver, info);
+        break;
     }
-    stack_rotations(solver, solver->V);
+    if (solver->options.form != TUG_FORM_TRUST_REGION) {
+        stack_rotations(solver, solver->V);
+    }
     recover_transforms(&solver->model->energy, solver->V, solver->Y,
                        solver->model->header.dimension, solver->T);
     place_transforms(&solver->model->dictionary, solver->T, solver->placed_T);

@@ -24,6 +24,7 @@ void solver_destroy(tug_solver *solver)
     costs_destroy(&solver->costs);
     blend_workspace_destroy(&solver->blending);
     rotation_workspace_destroy(&solver->turning);
+    trust_region_destroy(&solver->trust);
     release(solver);
 }
 
@@ -94,7 +95,8 @@ tug_status solver_create(const tug_model *model, const tug_solver_options *optio
     int room =
         allocate_solver(solver) && costs_create(model, &solver->costs) &&
         blend_workspace_create(options->single_blend ? 1 : groups, shapes, &solver->blending) &&
-        rotation_workspace_create(groups, model->header.dimension, &solver->turning);
+        rotation_workspace_create(groups, model->header.dimension, &solver->turning) &&
+        (options->form != TUG_FORM_TRUST_REGION || trust_region_create(model, &solver->trust));
     if (!room) {
         solver_destroy(solver);
         return fail_memory();
@@ -119,17 +121,20 @@ static void fold(const tug_solver *solver)
 
 void solve_blend(tug_solver *solver, double constant)
 {
+    solve_blend_with(solver, solver->r + constant, solver->d, solver->folded_d);
+}
+
+void solve_blend_with(tug_solver *solver, double r, const double *d, const double *folded_d)
+{
     int32_t G = solver->model->header.groups, S = solver->model->header.shapes;
     int32_t squared = solver->options.squared;
-    double r = solver->r + constant;
     if (!solver->options.single_blend) {
-        blend_problem problem = {G, S, solver->Q, solver->c, r, solver->d, squared};
+        blend_problem problem = {G, S, solver->Q, solver->c, r, d, squared};
         solver->blend = minimise_blend(&problem, &solver->blending, solver->B);
         return;
     }
     fold(solver);
-    blend_problem problem = {1,      S, solver->folded_Q, solver->folded_c, r, solver->folded_d,
-                             squared};
+    blend_problem problem = {1, S, solver->folded_Q, solver->folded_c, r, folded_d, squared};
     solver->blend = minimise_blend(&problem, &solver->blending, solver->folded_B);
     for (int32_t i = 0; i < G * S; i++) {
         solver->B[i] = solver->folded_B[i % S];

@@ -7,6 +7,7 @@
 #include "costs.h"
 #include "model.h"
 #include "rotation_fit.h"
+#include "trust_region.h"
 
 struct tug_solver {
     const tug_model *model;
@@ -43,6 +44,8 @@ struct tug_solver {
     double *face_H;                     /* face by face */
     rotation_workspace turning;
 
+    trust_region trust; /* that form's own */
+
     double *V; /* #G #S k by k: blend weight times rotation, transposed */
     double *M; /* #G #S by k by k: moments, (A 23) */
 };
@@ -53,5 +56,8 @@ void solver_destroy(tug_solver *solver);
 
 /* Minimise (A 20) with the solver's Q, c, d and r plus `constant`, from and to its B. */
 void solve_blend(tug_solver *solver, double constant);
+
+/* The same with other constants r, d and folded_d. */
+void solve_blend_with(tug_solver *solver, double r, const double *d, const double *folded_d);
 
 #endif

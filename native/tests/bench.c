@@ -5,7 +5,8 @@
 
 #include <math.h>
 
-const int32_t FORMS[] = {TUG_FORM_STEADY, TUG_FORM_PAPER, TUG_FORM_NO_ROTATIONS};
+const int32_t FORMS[] = {TUG_FORM_STEADY, TUG_FORM_PAPER, TUG_FORM_TRUST_REGION,
+                         TUG_FORM_NO_ROTATIONS};
 
 void make_numbered(fixture *f, int i)
 {
@@ -32,9 +33,9 @@ void clear(bench *b)
 
 void choose_settings(bench *b, int i)
 {
-    b->options.form = FORMS[i % 3];
-    b->options.squared = i / 3 % 2;
-    b->options.single_blend = i / 6 % 2;
+    b->options.form = FORMS[i % FORM_COUNT];
+    b->options.squared = i / FORM_COUNT % 2;
+    b->options.single_blend = i / FORM_COUNT / 2 % 2;
 }
 
 void restart(bench *b)

@@ -5,8 +5,8 @@
 
 #include "fixture.h"
 
-/* Every tug_form, and the settings of choose_settings. */
-enum { FORM_COUNT = 3, SETTING_COUNT = 12 };
+/* Every tug_form, those with rotations first, and the settings of choose_settings. */
+enum { FORM_COUNT = 4, TURNING_FORM_COUNT = 3, SETTING_COUNT = 16 };
 extern const int32_t FORMS[FORM_COUNT];
 
 /* A solver and all that it says about its last pose. */

@@ -397,7 +397,7 @@ static void spoil_options(tug_solver_options *options, int i)
         options->form = -1;
         break;
     case 3:
-        options->form = 3;
+        options->form = 4;
         break;
     case 4:
         options->lambda = -0.1;

@@ -125,11 +125,12 @@ static int call_load_model(bench *b)
     return status == TUG_OK || model == NULL ? (int)status : CHANGED;
 }
 
-static int create_solver(bench *b, int32_t single_blend)
+static int create_solver(bench *b, int32_t form, int32_t single_blend)
 {
     tug_solver_options options;
     tug_solver *solver = (tug_solver *)&rubbish;
     tug_default_solver_options(&options);
+    options.form = form;
     options.single_blend = single_blend;
     tug_status status = tug_create_solver(b->model, &options, &solver);
     if (status == TUG_OK) {
@@ -140,12 +141,17 @@ static int create_solver(bench *b, int32_t single_blend)
 
 static int call_create_solver(bench *b)
 {
-    return create_solver(b, 0);
+    return create_solver(b, TUG_FORM_STEADY, 0);
 }
 
 static int call_create_solver_of_one_blend(bench *b)
 {
-    return create_solver(b, 1);
+    return create_solver(b, TUG_FORM_STEADY, 1);
+}
+
+static int call_create_trust_region(bench *b)
+{
+    return create_solver(b, TUG_FORM_TRUST_REGION, 0);
 }
 
 static int call_minimise_blend(bench *b)
@@ -237,6 +243,7 @@ SWEEP(allocations, create_model)
 SWEEP(allocations, load_model)
 SWEEP(allocations, create_solver)
 SWEEP(allocations, create_solver_of_one_blend)
+SWEEP(allocations, create_trust_region)
 SWEEP(allocations, minimise_blend)
 SWEEP_CANCEL(compute_weights)
 SWEEP_CANCEL(cluster_triangles)
@@ -270,6 +277,7 @@ int main(int argc, char **argv)
     RUN(load_model_fails_cleanly);
     RUN(create_solver_fails_cleanly);
     RUN(create_solver_of_one_blend_fails_cleanly);
+    RUN(create_trust_region_fails_cleanly);
     RUN(minimise_blend_fails_cleanly);
     RUN(compute_weights_stops_cleanly);
     RUN(cluster_triangles_stops_cleanly);

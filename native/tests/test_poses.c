@@ -31,11 +31,11 @@ static void examples_come_back(void)
 static void turned_examples_come_back(void)
 {
     uint64_t random = 19;
-    for (int i = 0; i < 2 * 3 * 5; i++) {
+    for (int i = 0; i < TURNING_FORM_COUNT * 3 * 5; i++) {
         bench b;
         double example[MAX_COORDINATES], R[9], offset[3] = {7.0, -5.0, 3.0};
         make_numbered(&b.f, i % 3);
-        prepare(&b, FORMS[i / 3 % 2]);
+        prepare(&b, FORMS[i / 3 % TURNING_FORM_COUNT]);
         for (int32_t s = 0; s < b.f.shapes; s++) {
             memcpy(example, shape_of(&b.f, s), (size_t)coordinate_count(&b.f) * sizeof *example);
             random_rotation(&random, b.f.dimension, R);
@@ -114,11 +114,11 @@ static void handles_are_hit(void)
 static void rigid_motions_carry_over(void)
 {
     uint64_t random = 2;
-    for (int i = 0; i < 2 * 3 * 4; i++) {
+    for (int i = 0; i < TURNING_FORM_COUNT * 3 * 4; i++) {
         bench b;
         double pose[MAX_COORDINATES], R[9], offset[3];
         make_numbered(&b.f, i % 3);
-        prepare(&b, FORMS[i / 3 % 2]);
+        prepare(&b, FORMS[i / 3 % TURNING_FORM_COUNT]);
         int32_t k = b.f.dimension;
         mix_targets(&b.f, &random, 0.03, b.targets);
         CHECK(solve(&b));
@@ -159,10 +159,10 @@ static void translations_carry_over_without_rotations(void)
 static void single_blend_is_one_for_all_groups(void)
 {
     uint64_t random = 7;
-    for (int i = 0; i < 9; i++) {
+    for (int i = 0; i < FORM_COUNT * 3; i++) {
         bench b;
-        make_numbered(&b.f, i / 3);
-        prepare(&b, FORMS[i % 3]);
+        make_numbered(&b.f, i % 3);
+        prepare(&b, FORMS[i / 3]);
         b.options.single_blend = 1;
         for (int trial = 0; trial < 5; trial++) {
             mix_targets(&b.f, &random, 0.05, b.targets);
