@@ -76,6 +76,11 @@ class TUG_PG_rig(bpy.types.PropertyGroup):
             ("STEADY", "Steady", "The mesh turns and bends smoothly and never jumps"),
             ("PAPER", "Original", "As first published: may jump between shape keys"),
             ("NO_ROTATIONS", "Straight", "Parts do not turn beyond what the shape keys show"),
+            (
+                "TRUST_REGION",
+                "Original, Settled",
+                "Like Original, but every pose comes to rest. Slower than Steady: for baking",
+            ),
         ),
         default="STEADY",
         options=set(),
