@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-ABI = 1
+ABI = 2
 
 ERROR_ARGUMENT = 1
 ERROR_MEMORY = 2
@@ -87,6 +87,15 @@ class tug_weights_info(Sized):
         ("gap", c_double),
         ("kkt_residual", c_double),
         ("bound_violation", c_double),
+    ]
+
+
+class tug_eigenfunctions_info(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("constants", c_int32),
+        ("solves", c_int32),
+        ("residual", c_double),
     ]
 
 
@@ -196,6 +205,13 @@ FUNCTIONS: dict[str, tuple] = {
     "tug_compute_weights": (
         *(Status, POINTER(tug_mesh), Indices, Indices, c_int32, POINTER(tug_weights_options)),
         *(tug_progress, c_void_p, Matrix, POINTER(tug_weights_info)),
+    ),
+    # tug_status tug_compute_eigenfunctions(const tug_mesh *mesh, int32_t count,
+    #                                       tug_progress progress, void *user, double *values,
+    #                                       double *functions, tug_eigenfunctions_info *info);
+    "tug_compute_eigenfunctions": (
+        *(Status, POINTER(tug_mesh), c_int32, tug_progress, c_void_p),
+        *(Vector, Matrix, POINTER(tug_eigenfunctions_info)),
     ),
     # tug_status tug_cluster_triangles(const tug_mesh *mesh, const double *weights,
     #                                  int32_t weight_count, int32_t wanted,

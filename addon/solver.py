@@ -57,6 +57,15 @@ class WeightsInfo:
 
 
 @dataclass(frozen=True)
+class EigenfunctionsInfo:
+    """How eigenfunctions were found: see tug_eigenfunctions_info."""
+
+    constants: int
+    solves: int
+    residual: float
+
+
+@dataclass(frozen=True)
 class ModelSizes:
     """Counts of a model: see tug_model_sizes."""
 
@@ -339,6 +348,24 @@ def compute_weights(
     return weights, WeightsInfo(**_values(info))
 
 
+def compute_eigenfunctions(
+    mesh: Mesh, count: int, *, progress: Progress | None = None
+) -> tuple[np.ndarray, np.ndarray, EigenfunctionsInfo]:
+    """The `count` smallest eigenpairs of the Laplace-Beltrami operator, L f = mu M f: values mu
+    (count, rising) and functions (#V by count, orthonormal in M). Fractions of a second.
+
+    The mass is in parts of the whole area, so neither has a unit. The first function is 1; each
+    further component of the mesh has one of eigenvalue 0.
+    """
+    values, functions = np.empty(max(count, 0)), np.empty((mesh.vertex_count, max(count, 0)))
+    info = native.tug_eigenfunctions_info()
+    with native.reporting(progress) as callback:
+        native.library().tug_compute_eigenfunctions(
+            mesh._pointer, count, callback, None, values, functions, byref(info)
+        )
+    return values, functions, EigenfunctionsInfo(**_values(info))
+
+
 def cluster_triangles(
     mesh: Mesh, weights: np.ndarray, count: int, *, progress: Progress | None = None
 ) -> np.ndarray:
@@ -351,6 +378,24 @@ def cluster_triangles(
             *(callback, None, groups, byref(found)),
         )
     return groups
+
+
+def cluster_by_eigenfunctions(
+    mesh: Mesh,
+    values: np.ndarray,
+    functions: np.ndarray,
+    count: int,
+    *,
+    progress: Progress | None = None,
+) -> np.ndarray:
+    """Edge groups, as from cluster_triangles, where eigenfunctions are the weights.
+
+    Triangles are near where f_i / mu_i are: the biharmonic distance (Lipman et al. 2010). Functions
+    of eigenvalue 0 count as much as the first of another, which keeps components apart.
+    """
+    least = values[values > 0].min(initial=values.max() or 1.0)
+    features = functions / np.maximum(values, least)
+    return cluster_triangles(mesh, features, count, progress=progress)
 
 
 def make_solver(

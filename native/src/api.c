@@ -5,6 +5,7 @@
 #include "solver.h"
 #include "spread.h"
 #include "weights/bounded_biharmonic.h"
+#include "weights/eigenfunctions.h"
 
 #include <math.h>
 
@@ -152,6 +153,21 @@ tug_status tug_compute_weights(const tug_mesh *mesh, const int32_t *handle_start
     progress_range range = whole_range(progress, user);
     return bounded_biharmonic_weights(mesh, handle_starts, handle_vertices, handle_count, options,
                                       &range, weights, info);
+}
+
+tug_status tug_compute_eigenfunctions(const tug_mesh *mesh, int32_t count, tug_progress progress,
+                                      void *user, double *values, double *functions,
+                                      tug_eigenfunctions_info *info)
+{
+    REQUIRE_POINTER("tug_compute_eigenfunctions", mesh);
+    REQUIRE_POINTER("tug_compute_eigenfunctions", values);
+    REQUIRE_POINTER("tug_compute_eigenfunctions", functions);
+    REQUIRE_INFO("tug_compute_eigenfunctions", info);
+    REQUIRE(count > 0 && count <= mesh->vertex_count,
+            "tug_compute_eigenfunctions: %d functions are wanted of %d vertices", count,
+            mesh->vertex_count);
+    progress_range range = whole_range(progress, user);
+    return compute_eigenfunctions(mesh, count, &range, values, functions, info);
 }
 
 tug_status tug_cluster_triangles(const tug_mesh *mesh, const double *weights, int32_t weight_count,

@@ -9,6 +9,9 @@
 void dpstrf_(const char *uplo, const int *n, double *a, const int *lda, int *piv, int *rank,
              const double *tol, double *work, int *info);
 
+void dsyev_(const char *jobz, const char *uplo, const int *n, double *a, const int *lda, double *w,
+            double *work, const int *lwork, int *info);
+
 void use_one_blas_thread(void)
 {
     openblas_set_num_threads(1);
@@ -58,6 +61,13 @@ void solve_right_upper_transposed(double *V, int32_t rows, int32_t ldv, const do
 {
     cblas_dtrsm(CblasRowMajor, CblasRight, CblasUpper, CblasTrans, CblasNonUnit, rows, r, 1.0, G,
                 ldg, V, ldv);
+}
+
+int symmetric_eigenpairs(double *A, int32_t n, double *values, double *work)
+{
+    int room = 34 * n, info = 0;
+    dsyev_("V", "L", &n, A, &n, values, work, &room, &info);
+    return info == 0;
 }
 
 double dot(const double *a, const double *b, size_t count)

@@ -41,6 +41,10 @@ int cholesky_factor(double *A, int32_t n);
 /* b <- A^-1 b for `columns` columns (b n by columns), from cholesky_factor's G. */
 void cholesky_solve(const double *G, int32_t n, double *b, int32_t columns);
 
+/* A = sum_i values_i a_i a_i^T by rising values: a_i becomes row i of A, n by n and symmetric.
+ * work: 34 n. Returns 0 where LAPACK gives up. */
+int symmetric_eigenpairs(double *A, int32_t n, double *values, double *work);
+
 double dot(const double *a, const double *b, size_t count);
 
 #endif

@@ -200,6 +200,26 @@ static void handles_that_cannot_be_are_named(void)
     tug_destroy_mesh(mesh);
 }
 
+static void tug_compute_eigenfunctions_refuses(void)
+{
+    fixture f;
+    make_strip(&f);
+    tug_mesh *mesh = make_mesh(&f);
+    double values[3] = {-7.0}, functions[3 * MAX_VERTICES] = {-7.0};
+    tug_eigenfunctions_info info = {.struct_size = sizeof info - 1, .solves = -7};
+    const int32_t counts[] = {0, -1, f.vertices + 1, INT32_MAX, INT32_MIN};
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
+        CHECK(REFUSED(tug_compute_eigenfunctions, mesh, counts[i], NULL, NULL, values, functions,
+                      NULL));
+    }
+    CHECK(REFUSED(tug_compute_eigenfunctions, NULL, 3, NULL, NULL, values, functions, NULL));
+    CHECK(REFUSED(tug_compute_eigenfunctions, mesh, 3, NULL, NULL, NULL, functions, NULL));
+    CHECK(REFUSED(tug_compute_eigenfunctions, mesh, 3, NULL, NULL, values, NULL, NULL));
+    CHECK(REFUSED(tug_compute_eigenfunctions, mesh, 3, NULL, NULL, values, functions, &info));
+    CHECK(values[0] == -7.0 && functions[0] == -7.0 && info.solves == -7);
+    tug_destroy_mesh(mesh);
+}
+
 static void tug_cluster_triangles_refuses(void)
 {
     fixture f;
@@ -538,6 +558,7 @@ int main(int argc, char **argv)
     RUN(mesh_calls_refuse);
     RUN(tug_compute_weights_refuses);
     RUN(handles_that_cannot_be_are_named);
+    RUN(tug_compute_eigenfunctions_refuses);
     RUN(tug_cluster_triangles_refuses);
     RUN(tug_create_model_refuses_null);
     RUN(tug_create_model_refuses);

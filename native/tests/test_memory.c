@@ -88,6 +88,17 @@ static int call_compute_weights(bench *b)
     return status == TUG_OK || kept ? (int)status : CHANGED;
 }
 
+static int call_compute_eigenfunctions(bench *b)
+{
+    static double values[9], functions[9 * MAX_VERTICES];
+    tug_eigenfunctions_info info = {.struct_size = sizeof info, .solves = -7};
+    values[0] = functions[0] = -7.0;
+    tug_status status =
+        tug_compute_eigenfunctions(b->mesh, 9, b->progress, b->user, values, functions, &info);
+    int kept = info.solves == -7 && values[0] == -7.0 && functions[0] == -7.0;
+    return status == TUG_OK || kept ? (int)status : CHANGED;
+}
+
 static int call_cluster_triangles(bench *b)
 {
     int32_t groups[MAX_TRIANGLES], count = -7, kept = 1;
@@ -238,6 +249,7 @@ SWEEP(allocations, create_mesh)
 SWEEP(allocations, check_mesh)
 SWEEP(allocations, spread_vertices)
 SWEEP(allocations, compute_weights)
+SWEEP(allocations, compute_eigenfunctions)
 SWEEP(allocations, cluster_triangles)
 SWEEP(allocations, create_model)
 SWEEP(allocations, load_model)
@@ -246,6 +258,7 @@ SWEEP(allocations, create_solver_of_one_blend)
 SWEEP(allocations, create_trust_region)
 SWEEP(allocations, minimise_blend)
 SWEEP_CANCEL(compute_weights)
+SWEEP_CANCEL(compute_eigenfunctions)
 SWEEP_CANCEL(cluster_triangles)
 SWEEP_CANCEL(create_model)
 
@@ -272,6 +285,7 @@ int main(int argc, char **argv)
     RUN(check_mesh_fails_cleanly);
     RUN(spread_vertices_fails_cleanly);
     RUN(compute_weights_fails_cleanly);
+    RUN(compute_eigenfunctions_fails_cleanly);
     RUN(cluster_triangles_fails_cleanly);
     RUN(create_model_fails_cleanly);
     RUN(load_model_fails_cleanly);
@@ -280,6 +294,7 @@ int main(int argc, char **argv)
     RUN(create_trust_region_fails_cleanly);
     RUN(minimise_blend_fails_cleanly);
     RUN(compute_weights_stops_cleanly);
+    RUN(compute_eigenfunctions_stops_cleanly);
     RUN(cluster_triangles_stops_cleanly);
     RUN(create_model_stops_cleanly);
     return TEST_RESULT;

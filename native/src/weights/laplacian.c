@@ -153,6 +153,31 @@ double laplacian_bend(const laplacian *L, const double *w, double *u)
     return 0.5 * energy;
 }
 
+tug_status shifted_laplacian(const laplacian *L, double shift, sparse_matrix *out)
+{
+    size_t size = (size_t)L->size, entries = ((size_t)L->starts[L->size] + size) / 2;
+    *out = (sparse_matrix){.size = L->size,
+                           .starts = allocate(size + 1, sizeof(int32_t)),
+                           .rows = allocate(entries, sizeof(int32_t)),
+                           .values = allocate(entries, sizeof(double))};
+    if (out->starts == NULL || out->rows == NULL || out->values == NULL) {
+        sparse_matrix_free(out);
+        return fail_memory();
+    }
+    int32_t end = 0;
+    for (int32_t column = 0; column < L->size; column++) {
+        for (int32_t k = L->starts[column]; k < L->starts[column + 1]; k++) {
+            int32_t row = L->columns[k];
+            if (row >= column) {
+                out->rows[end] = row;
+                out->values[end++] = L->values[k] + (row == column ? shift * L->mass[row] : 0.0);
+            }
+        }
+        out->starts[column + 1] = end;
+    }
+    return TUG_OK;
+}
+
 /* Column `column` of Q, without what lies above the diagonal: values at rows, and their number.
  * Where rows is NULL, only the number. place: for each row the last entry made of it. */
 static int32_t bilaplacian_column(const laplacian *L, const int32_t *vertices,

@@ -28,6 +28,9 @@ double laplacian_bend(const laplacian *L, const double *w, double *u);
 /* y = L u: with laplacian_bend before it, y = Q w. */
 void laplacian_apply(const laplacian *L, const double *u, double *y);
 
+/* The lower triangle of L + shift M. */
+tug_status shifted_laplacian(const laplacian *L, double shift, sparse_matrix *out);
+
 /* The part of Q in the rows and columns of `vertices`. row_of: the place of a vertex in there, or
  * -1. */
 tug_status bilaplacian_part(const laplacian *L, const int32_t *vertices, int32_t count,
