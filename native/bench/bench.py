@@ -25,6 +25,7 @@ from data import MissingDataError, default_folder  # noqa: E402
 from library import CHECKOUT, native  # noqa: E402
 from rows_blend import blend_rows  # noqa: E402
 from rows_blender import BLENDER_ROWS, blender_rows  # noqa: E402
+from rows_eigenfunctions import eigenfunction_rows  # noqa: E402
 from rows_pose import certificate_rows, leave_one_out_rows, pose_rows  # noqa: E402
 from rows_time import (  # noqa: E402
     frame_rows,
@@ -49,6 +50,10 @@ PARTS = (
     (("weights_20k",), lambda suite, wanted: weights_rows(suite, "weights_20k", 20_000, 3)),
     (("weights_20k",), lambda suite, wanted: reference_rows("weights_20k")),
     (("weights_100k",), lambda suite, wanted: weights_rows(suite, "weights_100k", 100_000, 1)),
+    (
+        ("eigenfunctions_25k",),
+        lambda suite, wanted: eigenfunction_rows(suite, "eigenfunctions_25k", 25_000),
+    ),
     (tuple(BLENDER_ROWS), blender_rows),
     (("history", "continuity", "unconverged", "recognition"), pose_rows),
     (("leave_one_out",), lambda suite, wanted: leave_one_out_rows(suite)),

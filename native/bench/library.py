@@ -9,6 +9,7 @@ sys.path.insert(0, str(CHECKOUT))
 
 from addon import native  # noqa: E402
 from addon.solver import (  # noqa: E402
+    EigenfunctionsInfo,
     Form,
     Mesh,
     Model,
@@ -17,12 +18,14 @@ from addon.solver import (  # noqa: E402
     Solver,
     WeightsInfo,
     cluster_triangles,
+    compute_eigenfunctions,
     compute_weights,
     minimise_blend,
 )
 
 __all__ = [
     "CHECKOUT",
+    "EigenfunctionsInfo",
     "Form",
     "Mesh",
     "Model",
@@ -31,6 +34,7 @@ __all__ = [
     "Solver",
     "WeightsInfo",
     "cluster_triangles",
+    "compute_eigenfunctions",
     "compute_weights",
     "minimise_blend",
     "native",

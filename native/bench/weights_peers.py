@@ -20,13 +20,17 @@ OSQP_TOLERANCE, OSQP_ITERATIONS = 1e-6, 20_000
 LIBIGL_ROUNDS = 8  # of its active set, as in its tutorial
 
 
-def bilaplacian(vertices: np.ndarray, triangles: np.ndarray) -> scipy.sparse.csc_matrix:
-    """L M^-1 L with cotangent L and a third of each triangle's area at its corners; scaled so that
-    its diagonal is about one."""
+def lumped_mass(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """A third of each triangle's area at its corners."""
     corners = vertices[triangles]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = 0.5 * np.linalg.norm(cross, axis=1)
-    mass = np.bincount(triangles.ravel(), np.repeat(area / 3, 3), len(vertices))
+    return np.bincount(triangles.ravel(), np.repeat(area / 3, 3), len(vertices))
+
+
+def bilaplacian(vertices: np.ndarray, triangles: np.ndarray) -> scipy.sparse.csc_matrix:
+    """L M^-1 L with cotangent L and lumped mass, scaled so that its diagonal is about one."""
+    mass = lumped_mass(vertices, triangles)
     L = rigidity(vertices, triangles)
     Q = (L @ scipy.sparse.diags(1.0 / mass) @ L).tocsc()
     return Q / np.median(Q.diagonal())
