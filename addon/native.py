@@ -99,6 +99,25 @@ class tug_eigenfunctions_info(Sized):
     ]
 
 
+class tug_skeleton_options(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("smoothness", c_double),
+        ("tolerance", c_double),
+        ("max_rounds", c_int32),
+    ]
+
+
+class tug_skeleton_info(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("converged", c_int32),
+        ("rounds", c_int32),
+        ("error", c_double),
+        ("objective", c_double),
+    ]
+
+
 class tug_rows(ctypes.Structure):
     _fields_ = [
         ("starts", POINTER(c_int32)),
@@ -212,6 +231,16 @@ FUNCTIONS: dict[str, tuple] = {
     "tug_compute_eigenfunctions": (
         *(Status, POINTER(tug_mesh), c_int32, tug_progress, c_void_p),
         *(Vector, Matrix, POINTER(tug_eigenfunctions_info)),
+    ),
+    # void tug_default_skeleton_options(tug_skeleton_options *options);
+    "tug_default_skeleton_options": (None, POINTER(tug_skeleton_options)),
+    # tug_status tug_find_skeleton(const tug_mesh *mesh, const double *shapes, int32_t shape_count,
+    #                              int32_t wanted, const tug_skeleton_options *options,
+    #                              tug_progress progress, void *user, double *weights,
+    #                              int32_t *bone_count, tug_skeleton_info *info);
+    "tug_find_skeleton": (
+        *(Status, POINTER(tug_mesh), Stack, c_int32, c_int32, POINTER(tug_skeleton_options)),
+        *(tug_progress, c_void_p, Matrix, Int, POINTER(tug_skeleton_info)),
     ),
     # tug_status tug_cluster_triangles(const tug_mesh *mesh, const double *weights,
     #                                  int32_t weight_count, int32_t wanted,

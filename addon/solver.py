@@ -66,6 +66,16 @@ class EigenfunctionsInfo:
 
 
 @dataclass(frozen=True)
+class SkeletonInfo:
+    """How well bones explain the shapes: see tug_skeleton_info."""
+
+    converged: bool
+    rounds: int
+    error: float
+    objective: float
+
+
+@dataclass(frozen=True)
 class ModelSizes:
     """Counts of a model: see tug_model_sizes."""
 
@@ -228,11 +238,7 @@ class Model(_Owner):
         *,
         progress: Progress | None = None,
     ) -> None:
-        shapes = np.ascontiguousarray(shapes, np.float64)
-        if shapes.shape[1:] != (mesh.vertex_count, mesh.dimension):
-            raise ValueError(
-                f"shapes must be #S by {mesh.vertex_count} by {mesh.dimension}, not {shapes.shape}"
-            )
+        shapes = _shapes(mesh, shapes)
         weights = _matrix(weights, np.float64, rows=mesh.vertex_count)
         groups = np.ascontiguousarray(groups, np.int32)
         if groups.shape != (mesh.triangle_count,):
@@ -366,6 +372,33 @@ def compute_eigenfunctions(
     return values, functions, EigenfunctionsInfo(**_values(info))
 
 
+def find_skeleton(
+    mesh: Mesh,
+    shapes: np.ndarray,
+    bones: int,
+    *,
+    progress: Progress | None = None,
+    **options: float,
+) -> tuple[np.ndarray, SkeletonInfo]:
+    """Weights of rigid bones that explain the shapes (#S by #V by k, the rest shape first): #V by
+    at most `bones`, with at most four in a row, which sum to one. Seconds at 25,000 vertices.
+
+    Options, each with the library's default: smoothness, tolerance, max_rounds.
+    """
+    shapes = _shapes(mesh, shapes)
+    given, info = native.tug_skeleton_options(), native.tug_skeleton_info()
+    native.library().tug_default_skeleton_options(byref(given))
+    _set_options(given, options)
+    room, found = np.empty((mesh.vertex_count, max(bones, 0))), c_int32()
+    with native.reporting(progress) as callback:
+        native.library().tug_find_skeleton(
+            *(mesh._pointer, shapes, len(shapes), bones, byref(given)),
+            *(callback, None, room, byref(found), byref(info)),
+        )
+    weights = room.ravel()[: len(room) * found.value].reshape(len(room), found.value)
+    return weights.copy(), SkeletonInfo(**_values(info))
+
+
 def cluster_triangles(
     mesh: Mesh, weights: np.ndarray, count: int, *, progress: Progress | None = None
 ) -> np.ndarray:
@@ -451,6 +484,15 @@ def _matrix(array: np.ndarray, dtype: type, rows: int | None = None) -> np.ndarr
     if array.ndim != 2 or rows not in (None, len(array)):
         raise ValueError(f"expected a matrix of {rows or 'some'} rows, not shape {array.shape}")
     return array
+
+
+def _shapes(mesh: Mesh, shapes: np.ndarray) -> np.ndarray:
+    shapes = np.ascontiguousarray(shapes, np.float64)
+    if shapes.ndim != 3 or shapes.shape[1:] != (mesh.vertex_count, mesh.dimension):
+        raise ValueError(
+            f"shapes must be #S by {mesh.vertex_count} by {mesh.dimension}, not {shapes.shape}"
+        )
+    return shapes
 
 
 def _offsets(parts: Sequence[Sequence]) -> np.ndarray:

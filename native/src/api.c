@@ -2,6 +2,7 @@
 /* The public calls: argument checks, and nothing else. The only code that meets a caller's pointer.
  */
 #include "groups.h"
+#include "skeleton/skeleton.h"
 #include "solver.h"
 #include "spread.h"
 #include "weights/bounded_biharmonic.h"
@@ -168,6 +169,40 @@ tug_status tug_compute_eigenfunctions(const tug_mesh *mesh, int32_t count, tug_p
             mesh->vertex_count);
     progress_range range = whole_range(progress, user);
     return compute_eigenfunctions(mesh, count, &range, values, functions, info);
+}
+
+void tug_default_skeleton_options(tug_skeleton_options *options)
+{
+    *options = (tug_skeleton_options){
+        .struct_size = sizeof *options, .smoothness = 1e-5, .tolerance = 1e-2, .max_rounds = 100};
+}
+
+tug_status tug_find_skeleton(const tug_mesh *mesh, const double *shapes, int32_t shape_count,
+                             int32_t wanted, const tug_skeleton_options *options,
+                             tug_progress progress, void *user, double *weights,
+                             int32_t *bone_count, tug_skeleton_info *info)
+{
+    REQUIRE_POINTER("tug_find_skeleton", mesh);
+    REQUIRE_POINTER("tug_find_skeleton", shapes);
+    REQUIRE_POINTER("tug_find_skeleton", options);
+    REQUIRE_POINTER("tug_find_skeleton", weights);
+    REQUIRE_POINTER("tug_find_skeleton", bone_count);
+    REQUIRE_SIZE("tug_find_skeleton", options);
+    REQUIRE_INFO("tug_find_skeleton", info);
+    REQUIRE(shape_count > 0, "tug_find_skeleton: there are no shapes");
+    REQUIRE(wanted > 0, "tug_find_skeleton: %d bones are wanted", wanted);
+    REQUIRE(options->smoothness >= 0.0 && isfinite(options->smoothness),
+            "tug_find_skeleton: the smoothness is %g: it cannot be negative", options->smoothness);
+    REQUIRE(options->tolerance >= 0.0, "tug_find_skeleton: the tolerance cannot be negative");
+    REQUIRE(options->max_rounds > 0, "tug_find_skeleton: max_rounds must be above zero");
+    size_t n = (size_t)mesh->vertex_count, k = (size_t)mesh->dimension;
+    ptrdiff_t bad = find_not_finite(shapes, (size_t)shape_count * n * k);
+    REQUIRE(bad < 0,
+            "tug_find_skeleton: vertex %zu of shape %zu has a coordinate that is not finite",
+            (size_t)bad / k % n, (size_t)bad / k / n);
+    progress_range range = whole_range(progress, user);
+    return find_skeleton(mesh, shapes, shape_count, wanted, options, &range, weights, bone_count,
+                         info);
 }
 
 tug_status tug_cluster_triangles(const tug_mesh *mesh, const double *weights, int32_t weight_count,

@@ -220,6 +220,56 @@ static void tug_compute_eigenfunctions_refuses(void)
     tug_destroy_mesh(mesh);
 }
 
+static void spoil_skeleton_options(tug_skeleton_options *options, int i)
+{
+    switch (i) {
+    case 0:
+        options->struct_size--;
+        break;
+    case 1:
+        options->smoothness = -1e-9;
+        break;
+    case 2:
+        options->smoothness = NAN;
+        break;
+    case 3:
+        options->tolerance = -1.0;
+        break;
+    default:
+        options->max_rounds = 0;
+    }
+}
+
+static void tug_find_skeleton_refuses(void)
+{
+    fixture f;
+    make_strip(&f);
+    tug_mesh *mesh = make_mesh(&f);
+    double w[4 * MAX_VERTICES] = {-7.0}, *p = f.shape;
+    int32_t bones = -7, n = f.shapes;
+    tug_skeleton_options options;
+    tug_skeleton_info info = {.struct_size = sizeof info + 1, .rounds = -7};
+    for (int i = 0; i < 5; i++) {
+        tug_default_skeleton_options(&options);
+        spoil_skeleton_options(&options, i);
+        CHECK(REFUSED(tug_find_skeleton, mesh, p, n, 4, &options, NULL, NULL, w, &bones, NULL));
+    }
+    tug_default_skeleton_options(&options);
+    CHECK(REFUSED(tug_find_skeleton, NULL, p, n, 4, &options, NULL, NULL, w, &bones, NULL));
+    CHECK(REFUSED(tug_find_skeleton, mesh, NULL, n, 4, &options, NULL, NULL, w, &bones, NULL));
+    CHECK(REFUSED(tug_find_skeleton, mesh, p, 0, 4, &options, NULL, NULL, w, &bones, NULL));
+    CHECK(REFUSED(tug_find_skeleton, mesh, p, n, 0, &options, NULL, NULL, w, &bones, NULL));
+    CHECK(REFUSED(tug_find_skeleton, mesh, p, n, 4, NULL, NULL, NULL, w, &bones, NULL));
+    CHECK(REFUSED(tug_find_skeleton, mesh, p, n, 4, &options, NULL, NULL, NULL, &bones, NULL));
+    CHECK(REFUSED(tug_find_skeleton, mesh, p, n, 4, &options, NULL, NULL, w, NULL, NULL));
+    CHECK(REFUSED(tug_find_skeleton, mesh, p, n, 4, &options, NULL, NULL, w, &bones, &info));
+    p[coordinate_count(&f) + 5] = INFINITY;
+    CHECK(REFUSED(tug_find_skeleton, mesh, p, n, 4, &options, NULL, NULL, w, &bones, NULL));
+    CHECK(strstr(tug_error_text(), "vertex 2 of shape 1") != NULL);
+    CHECK(w[0] == -7.0 && bones == -7 && info.rounds == -7);
+    tug_destroy_mesh(mesh);
+}
+
 static void tug_cluster_triangles_refuses(void)
 {
     fixture f;
@@ -559,6 +609,7 @@ int main(int argc, char **argv)
     RUN(tug_compute_weights_refuses);
     RUN(handles_that_cannot_be_are_named);
     RUN(tug_compute_eigenfunctions_refuses);
+    RUN(tug_find_skeleton_refuses);
     RUN(tug_cluster_triangles_refuses);
     RUN(tug_create_model_refuses_null);
     RUN(tug_create_model_refuses);

@@ -99,6 +99,20 @@ static int call_compute_eigenfunctions(bench *b)
     return status == TUG_OK || kept ? (int)status : CHANGED;
 }
 
+static int call_find_skeleton(bench *b)
+{
+    static double weights[5 * MAX_VERTICES];
+    int32_t bones = -7;
+    tug_skeleton_options options;
+    tug_skeleton_info info = {.struct_size = sizeof info, .rounds = -7};
+    tug_default_skeleton_options(&options);
+    weights[0] = -7.0;
+    tug_status status = tug_find_skeleton(b->mesh, b->f.shape, b->f.shapes, 5, &options,
+                                          b->progress, b->user, weights, &bones, &info);
+    int kept = info.rounds == -7 && weights[0] == -7.0 && bones == -7;
+    return status == TUG_OK || kept ? (int)status : CHANGED;
+}
+
 static int call_cluster_triangles(bench *b)
 {
     int32_t groups[MAX_TRIANGLES], count = -7, kept = 1;
@@ -250,6 +264,7 @@ SWEEP(allocations, check_mesh)
 SWEEP(allocations, spread_vertices)
 SWEEP(allocations, compute_weights)
 SWEEP(allocations, compute_eigenfunctions)
+SWEEP(allocations, find_skeleton)
 SWEEP(allocations, cluster_triangles)
 SWEEP(allocations, create_model)
 SWEEP(allocations, load_model)
@@ -259,6 +274,7 @@ SWEEP(allocations, create_trust_region)
 SWEEP(allocations, minimise_blend)
 SWEEP_CANCEL(compute_weights)
 SWEEP_CANCEL(compute_eigenfunctions)
+SWEEP_CANCEL(find_skeleton)
 SWEEP_CANCEL(cluster_triangles)
 SWEEP_CANCEL(create_model)
 
@@ -286,6 +302,7 @@ int main(int argc, char **argv)
     RUN(spread_vertices_fails_cleanly);
     RUN(compute_weights_fails_cleanly);
     RUN(compute_eigenfunctions_fails_cleanly);
+    RUN(find_skeleton_fails_cleanly);
     RUN(cluster_triangles_fails_cleanly);
     RUN(create_model_fails_cleanly);
     RUN(load_model_fails_cleanly);
@@ -295,6 +312,7 @@ int main(int argc, char **argv)
     RUN(minimise_blend_fails_cleanly);
     RUN(compute_weights_stops_cleanly);
     RUN(compute_eigenfunctions_stops_cleanly);
+    RUN(find_skeleton_stops_cleanly);
     RUN(cluster_triangles_stops_cleanly);
     RUN(create_model_stops_cleanly);
     return TEST_RESULT;
