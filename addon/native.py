@@ -118,6 +118,17 @@ class tug_skeleton_info(Sized):
     ]
 
 
+class tug_dictionary(ctypes.Structure):
+    _fields_ = [
+        ("shapes", POINTER(c_double)),
+        ("weights", POINTER(c_double)),
+        ("vertex_count", c_int32),
+        ("dimension", c_int32),
+        ("shape_count", c_int32),
+        ("weight_count", c_int32),
+    ]
+
+
 class tug_rows(ctypes.Structure):
     _fields_ = [
         ("starts", POINTER(c_int32)),
@@ -249,6 +260,19 @@ FUNCTIONS: dict[str, tuple] = {
     "tug_cluster_triangles": (
         *(Status, POINTER(tug_mesh), Matrix, c_int32, c_int32),
         *(tug_progress, c_void_p, Indices, Int),
+    ),
+    # tug_status tug_reduce_dictionary(const tug_dictionary *dictionary, int32_t wanted,
+    #                                  tug_progress progress, void *user, int32_t *atoms);
+    "tug_reduce_dictionary": (
+        *(Status, POINTER(tug_dictionary), c_int32, tug_progress, c_void_p, Indices),
+    ),
+    # tug_status tug_fit_dictionary(const tug_dictionary *dictionary, const int32_t *atoms,
+    #                               int32_t atom_count, const double *positions,
+    #                               tug_progress progress, void *user, double *transforms,
+    #                               double *fitted);
+    "tug_fit_dictionary": (
+        *(Status, POINTER(tug_dictionary), Int, c_int32, Matrix),
+        *(tug_progress, c_void_p, Matrix, Matrix),
     ),
     # tug_status tug_create_model(const tug_mesh *mesh, const double *shapes, int32_t shape_count,
     #                             const double *weights, int32_t weight_count,

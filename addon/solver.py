@@ -431,6 +431,51 @@ def cluster_by_eigenfunctions(
     return cluster_triangles(mesh, features, count, progress=progress)
 
 
+def reduce_dictionary(
+    shapes: np.ndarray, weights: np.ndarray, count: int, *, progress: Progress | None = None
+) -> np.ndarray:
+    """Numbers of `count` atoms of the dictionary of shapes (#S by #V by k) and weights (#V by #W)
+    that stand for all, by k-medoids; see tug_reduce_dictionary. O(#V b^2), b = #W (1 + #S k).
+
+    Atom h (1 + #S k) is weight function h; the next #S k are that times each coordinate.
+    """
+    given, _keep = _native_dictionary(shapes, weights)
+    atoms = np.empty(max(count, 0), np.int32)
+    with native.reporting(progress) as callback:
+        native.library().tug_reduce_dictionary(byref(given), count, callback, None, atoms)
+    return atoms
+
+
+def fit_dictionary(
+    shapes: np.ndarray,
+    weights: np.ndarray,
+    positions: np.ndarray,
+    atoms: np.ndarray | None = None,
+    *,
+    progress: Progress | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Change of dictionary, (F 24): transforms T (#W (1 + #S k) by k) and the positions D T nearest
+    to `positions` (#V by k), those of a pose in another dictionary for instance.
+
+    atoms: the only ones to use, as from reduce_dictionary; all of them where it is None.
+    """
+    given, _keep = _native_dictionary(shapes, weights)
+    positions = _matrix(positions, np.float64, rows=given.vertex_count)
+    if positions.shape[1] != given.dimension:
+        raise ValueError(f"positions must have {given.dimension} columns, not {positions.shape[1]}")
+    chosen = None if atoms is None else np.ascontiguousarray(atoms, np.int32)
+    columns = given.weight_count * (1 + given.shape_count * given.dimension)
+    transforms, fitted = np.empty((columns, given.dimension)), np.empty_like(positions)
+    with native.reporting(progress) as callback:
+        native.library().tug_fit_dictionary(
+            byref(given),
+            None if chosen is None else chosen.ctypes.data_as(POINTER(c_int32)),
+            *(0 if chosen is None else len(chosen), positions),
+            *(callback, None, transforms, fitted),
+        )
+    return transforms, fitted
+
+
 def make_solver(
     shapes: np.ndarray,
     triangles: np.ndarray,
@@ -505,6 +550,26 @@ def _native_rows(rows: Rows) -> native.tug_rows:
     given.vertices = rows.vertices.ctypes.data_as(POINTER(c_int32))
     given.values = rows.values.ctypes.data_as(POINTER(ctypes.c_double))
     return given
+
+
+def _native_dictionary(
+    shapes: np.ndarray, weights: np.ndarray
+) -> tuple[native.tug_dictionary, tuple[np.ndarray, np.ndarray]]:
+    """The struct, and the arrays that it borrows."""
+    shapes = np.ascontiguousarray(shapes, np.float64)
+    if shapes.ndim != 3:
+        raise ValueError(f"shapes must be #S by #V by k, not {shapes.shape}")
+    weights = _matrix(weights, np.float64, rows=shapes.shape[1])
+    count, vertices, dimension = shapes.shape
+    given = native.tug_dictionary(
+        vertex_count=vertices,
+        dimension=dimension,
+        shape_count=count,
+        weight_count=weights.shape[1],
+    )
+    given.shapes = shapes.ctypes.data_as(POINTER(ctypes.c_double))
+    given.weights = weights.ctypes.data_as(POINTER(ctypes.c_double))
+    return given, (shapes, weights)
 
 
 def _set_options(struct: native.Sized, options: dict[str, float]) -> None:

@@ -212,6 +212,37 @@ TUG_API tug_status tug_cluster_triangles(const tug_mesh *mesh, const double *wei
                                          int32_t *group_count);
 
 /* ------------------------------------------------------------------------------------------------
+ * Dictionaries on their own
+ */
+
+/* The dictionary D of (F 4), as a model has it: shapes #S by #V by k, weights #V by #W. Its columns
+ * are called atoms: of weight function h come W_h, number h (1 + #S k), and then W_h times
+ * coordinate c of shape s, number h (1 + #S k) + 1 + s k + c. */
+typedef struct tug_dictionary {
+    const double *shapes;
+    const double *weights;
+    int32_t vertex_count, dimension, shape_count, weight_count;
+} tug_dictionary;
+
+/* Dictionary reduction (F, section 4.4): k-medoids of the atoms. An atom is near another where a
+ * multiple of that is near it: where what it has besides is small. The weight functions themselves
+ * always stay. wanted: #W at least, #W (1 + #S k) at most. atoms: wanted, rising.
+ * O(#V b^2 + wanted b^2), b = #W (1 + #S k). */
+TUG_API tug_status tug_reduce_dictionary(const tug_dictionary *dictionary, int32_t wanted,
+                                         tug_progress progress, void *user, int32_t *atoms);
+
+/* Change of dictionary, (F 24): the pose in the span of some atoms that is nearest to given
+ * positions, those of a pose in another dictionary for instance, over the sum of squared distances.
+ * atoms: rising numbers, those of every W_h among them, as from tug_reduce_dictionary; NULL, with a
+ * count of 0, for all. positions: #V by k. transforms: T_2, #W (1 + #S k) by k in the order of the
+ * atoms, zero for those that are not used or depend on others; may be NULL. fitted: D T_2, #V by k;
+ * may be NULL, and may be `positions`. O(#V b^2). */
+TUG_API tug_status tug_fit_dictionary(const tug_dictionary *dictionary, const int32_t *atoms,
+                                      int32_t atom_count, const double *positions,
+                                      tug_progress progress, void *user, double *transforms,
+                                      double *fitted);
+
+/* ------------------------------------------------------------------------------------------------
  * Model
  */
 

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The public calls: argument checks, and nothing else. The only code that meets a caller's pointer.
  */
+#include "dictionary.h"
+#include "dictionary_fit.h"
 #include "groups.h"
+#include "medoids.h"
 #include "skeleton/skeleton.h"
 #include "solver.h"
 #include "spread.h"
@@ -220,6 +223,88 @@ tug_status tug_cluster_triangles(const tug_mesh *mesh, const double *weights, in
             bad / weight_count);
     progress_range range = whole_range(progress, user);
     return cluster_triangles(mesh, weights, weight_count, wanted, &range, groups, group_count);
+}
+
+static tug_status check_dictionary(const tug_dictionary *D, const char *call)
+{
+    REQUIRE(D->shapes != NULL, "%s: shapes is NULL", call);
+    REQUIRE(D->weights != NULL, "%s: weights is NULL", call);
+    REQUIRE(D->vertex_count > 0, "%s: there are no vertices", call);
+    REQUIRE(D->dimension == 2 || D->dimension == 3, "%s: the dimension is %d, not 2 or 3", call,
+            D->dimension);
+    REQUIRE(D->shape_count > 0, "%s: there are no shapes", call);
+    REQUIRE(D->weight_count > 0, "%s: there are no weight functions", call);
+    REQUIRE((int64_t)D->weight_count * (1 + (int64_t)D->shape_count * D->dimension) <= INT16_MAX,
+            "%s: more than %d atoms", call, INT16_MAX);
+    size_t n = (size_t)D->vertex_count, k = (size_t)D->dimension;
+    ptrdiff_t bad = find_not_finite(D->shapes, (size_t)D->shape_count * n * k);
+    REQUIRE(bad < 0, "%s: vertex %zu of shape %zu has a coordinate that is not finite", call,
+            (size_t)bad / k % n, (size_t)bad / k / n);
+    REQUIRE(bounding_diagonal(D->shapes, D->vertex_count, D->dimension) > 0.0,
+            "%s: all vertices of shape 0 are in one place", call);
+    bad = find_not_finite(D->weights, n * (size_t)D->weight_count);
+    REQUIRE(bad < 0, "%s: a weight of vertex %td is not finite", call, bad / D->weight_count);
+    return TUG_OK;
+}
+
+static int32_t count_atoms(const tug_dictionary *D)
+{
+    return D->weight_count * (1 + D->shape_count * D->dimension);
+}
+
+tug_status tug_reduce_dictionary(const tug_dictionary *D, int32_t wanted, tug_progress progress,
+                                 void *user, int32_t *atoms)
+{
+    REQUIRE(D != NULL, "tug_reduce_dictionary: dictionary is NULL");
+    REQUIRE_POINTER("tug_reduce_dictionary", atoms);
+    tug_status status = check_dictionary(D, "tug_reduce_dictionary");
+    if (status != TUG_OK) {
+        return status;
+    }
+    int32_t least = D->weight_count, all = count_atoms(D);
+    REQUIRE(wanted >= least && wanted <= all,
+            "tug_reduce_dictionary: %d atoms are wanted of %d, and the %d weight functions stay",
+            wanted, all, least);
+    progress_range range = whole_range(progress, user);
+    return reduce_dictionary(D, wanted, &range, atoms);
+}
+
+static tug_status check_atoms(const tug_dictionary *D, const int32_t *atoms, int32_t count)
+{
+    int32_t weights = 0, block = 1 + D->shape_count * D->dimension;
+    for (int32_t i = 0; i < count; i++) {
+        REQUIRE(atoms[i] >= 0 && atoms[i] < count_atoms(D),
+                "tug_fit_dictionary: there is no atom %d", atoms[i]);
+        REQUIRE(i == 0 || atoms[i] > atoms[i - 1],
+                "tug_fit_dictionary: the atoms do not rise: %d comes after %d", atoms[i],
+                atoms[i - 1]);
+        weights += atoms[i] % block == 0;
+    }
+    REQUIRE(weights == D->weight_count,
+            "tug_fit_dictionary: %d of the %d weight functions are not among the atoms",
+            D->weight_count - weights, D->weight_count);
+    return TUG_OK;
+}
+
+tug_status tug_fit_dictionary(const tug_dictionary *D, const int32_t *atoms, int32_t atom_count,
+                              const double *positions, tug_progress progress, void *user,
+                              double *transforms, double *fitted)
+{
+    REQUIRE(D != NULL, "tug_fit_dictionary: dictionary is NULL");
+    REQUIRE_POINTER("tug_fit_dictionary", positions);
+    REQUIRE(atoms != NULL || atom_count == 0, "tug_fit_dictionary: atoms is NULL");
+    tug_status status = check_dictionary(D, "tug_fit_dictionary");
+    if (status == TUG_OK && atoms != NULL) {
+        status = check_atoms(D, atoms, atom_count);
+    }
+    if (status != TUG_OK) {
+        return status;
+    }
+    size_t k = (size_t)D->dimension;
+    ptrdiff_t bad = find_not_finite(positions, (size_t)D->vertex_count * k);
+    REQUIRE(bad < 0, "tug_fit_dictionary: position %zu is not finite", (size_t)bad / k);
+    progress_range range = whole_range(progress, user);
+    return fit_dictionary(D, atoms, atom_count, positions, &range, transforms, fitted);
 }
 
 static tug_status check_rows(const tug_rows *rows, int32_t vertex_count)

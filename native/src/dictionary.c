@@ -1,7 +1,51 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "dictionary.h"
 
+#include <math.h>
 #include <stddef.h>
+
+double bounding_diagonal(const double *points, int32_t count, int32_t k)
+{
+    double squares = 0.0;
+    for (int32_t c = 0; c < k; c++) {
+        double low = points[c], high = points[c];
+        for (int32_t i = 1; i < count; i++) {
+            low = fmin(low, points[(size_t)i * (size_t)k + (size_t)c]);
+            high = fmax(high, points[(size_t)i * (size_t)k + (size_t)c]);
+        }
+        squares += (high - low) * (high - low);
+    }
+    return sqrt(squares);
+}
+
+void store_shape_columns(const dictionary *D, const double *shapes, double unit, double *columns,
+                         double *means)
+{
+    size_t n = (size_t)D->vertices, k = (size_t)D->dimension;
+    for (size_t c = 0; c < (size_t)D->shapes * k; c++) {
+        const double *values = shapes + (c / k) * n * k + c % k;
+        double mean = 0.0;
+        for (size_t i = 0; i < n; i++) {
+            mean += values[i * k] / (double)n;
+        }
+        for (size_t i = 0; i < n; i++) {
+            columns[c * n + i] = (values[i * k] - mean) / unit;
+        }
+        if (means != NULL) {
+            means[c] = mean;
+        }
+    }
+}
+
+void store_weight_columns(const dictionary *D, const double *weights, double *columns)
+{
+    size_t n = (size_t)D->vertices, m = (size_t)D->weights;
+    for (size_t i = 0; i < n; i++) {
+        for (size_t h = 0; h < m; h++) {
+            columns[h * n + i] = weights[i * m + h];
+        }
+    }
+}
 
 void add_dictionary_row(const dictionary *D, int32_t vertex, double factor, double *row)
 {

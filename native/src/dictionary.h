@@ -30,6 +30,17 @@ static inline int32_t dictionary_columns(const dictionary *D)
     return D->weights * block_columns(D);
 }
 
+/* Of the box around some points, count by k. */
+double bounding_diagonal(const double *points, int32_t count, int32_t k);
+
+/* shapes, #S by #V by k, as columns: each coordinate of each shape about its own mean, in units.
+ * means: those, #S k, or NULL. */
+void store_shape_columns(const dictionary *D, const double *shapes, double unit, double *columns,
+                         double *means);
+
+/* weights, #V by #W, as columns. */
+void store_weight_columns(const dictionary *D, const double *weights, double *columns);
+
 /* row += factor D_v, one vertex's row of all columns. */
 void add_dictionary_row(const dictionary *D, int32_t vertex, double factor, double *row);
 

@@ -58,46 +58,6 @@ static void free_build(build *w)
     release(w->row_weights);
 }
 
-static double bounding_diagonal(const double *points, int32_t count, int32_t k)
-{
-    double squares = 0.0;
-    for (int32_t c = 0; c < k; c++) {
-        double low = points[c], high = points[c];
-        for (int32_t i = 1; i < count; i++) {
-            low = fmin(low, points[(size_t)i * (size_t)k + (size_t)c]);
-            high = fmax(high, points[(size_t)i * (size_t)k + (size_t)c]);
-        }
-        squares += (high - low) * (high - low);
-    }
-    return sqrt(squares);
-}
-
-/* Each shape about its own mean, in units of the diagonal, column after column. */
-static void store_shapes(tug_model *model, const double *shapes)
-{
-    size_t n = (size_t)model->header.vertices, k = (size_t)model->header.dimension;
-    for (size_t c = 0; c < (size_t)model->header.shapes * k; c++) {
-        const double *values = shapes + (c / k) * n * k + c % k;
-        double mean = 0.0;
-        for (size_t i = 0; i < n; i++) {
-            mean += values[i * k] / (double)n;
-        }
-        for (size_t i = 0; i < n; i++) {
-            model->shape_columns[c * n + i] = (values[i * k] - mean) / model->header.unit;
-        }
-    }
-}
-
-static void store_weights(tug_model *model, const double *weights)
-{
-    size_t n = (size_t)model->header.vertices, m = (size_t)model->header.weights;
-    for (size_t i = 0; i < n; i++) {
-        for (size_t h = 0; h < m; h++) {
-            model->weight_columns[h * n + i] = weights[i * m + h];
-        }
-    }
-}
-
 /* The constant function as a combination of the weights, by least squares. */
 static tug_status find_constant(tug_model *model)
 {
@@ -483,8 +443,8 @@ tug_status model_create(const tug_mesh *mesh, const double *shapes, int32_t shap
     if (status != TUG_OK) {
         return status;
     }
-    store_shapes(w.model, shapes);
-    store_weights(w.model, weights);
+    store_shape_columns(&w.model->dictionary, shapes, header.unit, w.model->shape_columns, NULL);
+    store_weight_columns(&w.model->dictionary, weights, w.model->weight_columns);
     status = allocate_build(&w) ? build_model(&w, mesh, groups, range) : fail_memory();
     free_build(&w);
     if (status != TUG_OK) {

@@ -228,6 +228,16 @@ tug_mesh *make_mesh(const fixture *f)
     return mesh;
 }
 
+tug_dictionary dictionary_of(const fixture *f)
+{
+    return (tug_dictionary){.shapes = f->shape,
+                            .weights = f->weight,
+                            .vertex_count = f->vertices,
+                            .dimension = f->dimension,
+                            .shape_count = f->shapes,
+                            .weight_count = f->weights};
+}
+
 tug_model *make_model(const fixture *f)
 {
     tug_rows rows = {f->row_starts, f->row_vertices, f->row_values, f->rows};

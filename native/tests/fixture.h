@@ -58,6 +58,9 @@ double diagonal_of(const fixture *f);
 tug_mesh *make_mesh(const fixture *f);
 tug_model *make_model(const fixture *f);
 
+/* Borrows the fixture's shapes and weights. */
+tug_dictionary dictionary_of(const fixture *f);
+
 /* The constraint rows' values at some positions: #H by k. */
 void apply_rows(const fixture *f, const double *positions, double *values);
 

@@ -290,6 +290,71 @@ static void tug_cluster_triangles_refuses(void)
     tug_destroy_mesh(mesh);
 }
 
+static void spoil_dictionary(tug_dictionary *D, double *number, int i)
+{
+    switch (i) {
+    case 0:
+        D->shapes = NULL;
+        break;
+    case 1:
+        D->weights = NULL;
+        break;
+    case 2:
+        D->vertex_count = 0;
+        break;
+    case 3:
+        D->dimension = 4;
+        break;
+    case 4:
+        D->shape_count = -1;
+        break;
+    case 5:
+        D->weight_count = 0;
+        break;
+    case 6:
+        D->shape_count = INT32_MAX;
+        break;
+    case 7:
+        *number = NAN;
+        break;
+    default: /* all in one place */
+        D->vertex_count = 1;
+    }
+}
+
+static void dictionary_calls_refuse(void)
+{
+    fixture f;
+    make_strip(&f);
+    double T[MAX_COORDINATES] = {-7.0}, q[MAX_COORDINATES] = {0.0};
+    int32_t atoms[] = {0, 7, 14}, chosen[30] = {-7};
+    const tug_dictionary sound = dictionary_of(&f);
+    for (int i = 0; i < 10; i++) {
+        tug_dictionary D = sound;
+        double number = f.shape[20], weight = f.weight[20];
+        spoil_dictionary(&D, i == 9 ? f.weight + 20 : f.shape + 20, i == 9 ? 7 : i);
+        CHECK(REFUSED(tug_reduce_dictionary, &D, 3, NULL, NULL, chosen));
+        CHECK(REFUSED(tug_fit_dictionary, &D, NULL, 0, q, NULL, NULL, T, NULL));
+        f.shape[20] = number;
+        f.weight[20] = weight;
+    }
+    CHECK(REFUSED(tug_reduce_dictionary, NULL, 3, NULL, NULL, chosen));
+    CHECK(REFUSED(tug_reduce_dictionary, &sound, 3, NULL, NULL, NULL));
+    CHECK(REFUSED(tug_reduce_dictionary, &sound, 2, NULL, NULL, chosen));
+    CHECK(REFUSED(tug_reduce_dictionary, &sound, 22, NULL, NULL, chosen));
+    CHECK(REFUSED(tug_fit_dictionary, NULL, NULL, 0, q, NULL, NULL, T, NULL));
+    CHECK(REFUSED(tug_fit_dictionary, &sound, NULL, 3, q, NULL, NULL, T, NULL));
+    CHECK(REFUSED(tug_fit_dictionary, &sound, atoms, 3, NULL, NULL, NULL, T, NULL));
+    CHECK(REFUSED(tug_fit_dictionary, &sound, atoms, 2, q, NULL, NULL, T, NULL));
+    atoms[2] = 7;
+    CHECK(REFUSED(tug_fit_dictionary, &sound, atoms, 3, q, NULL, NULL, T, NULL));
+    atoms[2] = 21;
+    CHECK(REFUSED(tug_fit_dictionary, &sound, atoms, 3, q, NULL, NULL, T, NULL));
+    q[3] = INFINITY;
+    CHECK(REFUSED(tug_fit_dictionary, &sound, NULL, 0, q, NULL, NULL, T, NULL));
+    CHECK(T[0] == -7.0 && chosen[0] == -7);
+}
+
 /* The fixture's model, its mesh given. */
 static tug_status tug_create_model_of(const fixture *f, const tug_mesh *mesh, tug_model **out)
 {
@@ -611,6 +676,7 @@ int main(int argc, char **argv)
     RUN(tug_compute_eigenfunctions_refuses);
     RUN(tug_find_skeleton_refuses);
     RUN(tug_cluster_triangles_refuses);
+    RUN(dictionary_calls_refuse);
     RUN(tug_create_model_refuses_null);
     RUN(tug_create_model_refuses);
     RUN(models_that_cannot_be_are_named);

@@ -127,6 +127,25 @@ static int call_cluster_triangles(bench *b)
     return status == TUG_OK || (kept && count == -7) ? (int)status : CHANGED;
 }
 
+static int call_reduce_dictionary(bench *b)
+{
+    int32_t atoms[12] = {-7};
+    tug_dictionary D = dictionary_of(&b->f);
+    tug_status status = tug_reduce_dictionary(&D, 12, b->progress, b->user, atoms);
+    return status == TUG_OK || atoms[0] == -7 ? (int)status : CHANGED;
+}
+
+static int call_fit_dictionary(bench *b)
+{
+    static double transforms[3 * MAX_COORDINATES], fitted[MAX_COORDINATES];
+    tug_dictionary D = dictionary_of(&b->f);
+    transforms[0] = fitted[0] = -7.0;
+    tug_status status =
+        tug_fit_dictionary(&D, NULL, 0, b->f.shape, b->progress, b->user, transforms, fitted);
+    int kept = transforms[0] == -7.0 && fitted[0] == -7.0;
+    return status == TUG_OK || kept ? (int)status : CHANGED;
+}
+
 static int call_create_model(bench *b)
 {
     tug_rows rows = {b->f.row_starts, b->f.row_vertices, b->f.row_values, b->f.rows};
@@ -266,6 +285,8 @@ SWEEP(allocations, compute_weights)
 SWEEP(allocations, compute_eigenfunctions)
 SWEEP(allocations, find_skeleton)
 SWEEP(allocations, cluster_triangles)
+SWEEP(allocations, reduce_dictionary)
+SWEEP(allocations, fit_dictionary)
 SWEEP(allocations, create_model)
 SWEEP(allocations, load_model)
 SWEEP(allocations, create_solver)
@@ -276,6 +297,8 @@ SWEEP_CANCEL(compute_weights)
 SWEEP_CANCEL(compute_eigenfunctions)
 SWEEP_CANCEL(find_skeleton)
 SWEEP_CANCEL(cluster_triangles)
+SWEEP_CANCEL(reduce_dictionary)
+SWEEP_CANCEL(fit_dictionary)
 SWEEP_CANCEL(create_model)
 
 static void allocate_counts_and_clears(void)
@@ -304,6 +327,8 @@ int main(int argc, char **argv)
     RUN(compute_eigenfunctions_fails_cleanly);
     RUN(find_skeleton_fails_cleanly);
     RUN(cluster_triangles_fails_cleanly);
+    RUN(reduce_dictionary_fails_cleanly);
+    RUN(fit_dictionary_fails_cleanly);
     RUN(create_model_fails_cleanly);
     RUN(load_model_fails_cleanly);
     RUN(create_solver_fails_cleanly);
@@ -314,6 +339,8 @@ int main(int argc, char **argv)
     RUN(compute_eigenfunctions_stops_cleanly);
     RUN(find_skeleton_stops_cleanly);
     RUN(cluster_triangles_stops_cleanly);
+    RUN(reduce_dictionary_stops_cleanly);
+    RUN(fit_dictionary_stops_cleanly);
     RUN(create_model_stops_cleanly);
     return TEST_RESULT;
 }
