@@ -303,6 +303,8 @@ FUNCTIONS: dict[str, tuple] = {
     ),
     # void tug_destroy_solver(tug_solver *solver);
     "tug_destroy_solver": (None, POINTER(tug_solver)),
+    # tug_status tug_set_firmness(tug_solver *solver, const double *firmness);
+    "tug_set_firmness": (Status, POINTER(tug_solver), Vector),
     # tug_status tug_solve(tug_solver *solver, const double *targets, tug_solve_info *info);
     "tug_solve": (Status, POINTER(tug_solver), Matrix, POINTER(tug_solve_info)),
     # tug_status tug_get_positions(const tug_solver *solver, double *positions);

@@ -291,14 +291,16 @@ class Solver(_Owner):
         native.library().tug_create_solver(model._pointer, byref(given), byref(out))
         super().__init__(_Memory(out, native.library().tug_destroy_solver, model._memory))
 
+    def set_firmness(self, firmness: np.ndarray) -> None:
+        """How firmly each row is held from here on, #H: inf, as at first, pins it, 0 lets it go,
+        and w between is a spring, w times as stiff as the surface there. Nothing is bound anew."""
+        firmness = _fitting("firmness", firmness, self.sizes.rows)
+        native.library().tug_set_firmness(self._pointer, firmness)
+
     def solve(self, targets: np.ndarray) -> SolveInfo:
         """Find the pose for targets, #H by k. Time does not depend on #V. A solve that failed
         leaves the last pose as it was."""
-        targets = _matrix(targets, np.float64)
-        if targets.shape != (self.sizes.rows, self.sizes.dimension):
-            raise ValueError(
-                f"targets must be {self.sizes.rows} by {self.sizes.dimension}, not {targets.shape}"
-            )
+        targets = _fitting("targets", targets, self.sizes.rows, self.sizes.dimension)
         info = native.tug_solve_info()
         native.library().tug_solve(self._pointer, targets, byref(info))
         return SolveInfo(**_values(info))
@@ -538,6 +540,13 @@ def _shapes(mesh: Mesh, shapes: np.ndarray) -> np.ndarray:
             f"shapes must be #S by {mesh.vertex_count} by {mesh.dimension}, not {shapes.shape}"
         )
     return shapes
+
+
+def _fitting(name: str, array: np.ndarray, *shape: int) -> np.ndarray:
+    array = np.ascontiguousarray(array, np.float64)
+    if array.shape != shape:
+        raise ValueError(f"{name} must be {' by '.join(map(str, shape))}, not {array.shape}")
+    return array
 
 
 def _offsets(parts: Sequence[Sequence]) -> np.ndarray:

@@ -333,12 +333,13 @@ typedef struct tug_solver_options {
 typedef struct tug_solve_info {
     size_t struct_size;
     int32_t converged;
-    int32_t rounds;   /* of blend and rotations */
-    double objective; /* (A 10), with the prior in the steady form, in units of length */
-    double energy;    /* E_d of (A 9) */
-    double gap;       /* of the last (A 20): the objective is at most this far above its optimum */
-    double residual;  /* how far the last round would have turned a rotation; radians */
-    double increase;  /* largest rise of the objective in a round; 0 but in the paper's form */
+    int32_t rounds; /* of blend and rotations */
+    /* (A 10), with springs and, in the steady form, priors below the root; in units of length */
+    double objective;
+    double energy;   /* E_d of (A 9) */
+    double gap;      /* of the last (A 20): the objective is at most this far above its optimum */
+    double residual; /* how far the last round would have turned a rotation; radians */
+    double increase; /* largest rise of the objective in a round; 0 but in the paper's form */
 } tug_solve_info;
 
 TUG_API void tug_default_solver_options(tug_solver_options *options);
@@ -349,6 +350,16 @@ TUG_API tug_status tug_create_solver(const tug_model *model, const tug_solver_op
 
 /* NULL is allowed. */
 TUG_API void tug_destroy_solver(tug_solver *solver);
+
+/* How firmly each constraint row is held to its target, from here on: INFINITY, as at first, pins
+ * it, 0 lets it go, and w between is a spring, w times as stiff as the surface is there: the energy
+ * E_d then has w s_r |Y'_r - Y_r|^2 / 2 beside it for where the row comes to be, Y'_r, s_r being
+ * what it takes to move row r alone by one. The pose is continuous in w, and a free row's target
+ * does not count at all. An example is found whatever the firmness of the handles that sit on it.
+ * firmness: #H. Fails with TUG_ERROR_HANDLES where a part of the mesh has only rows below about
+ * 1e-8. A call that fails changes nothing. Nothing is bound anew: O(rows that are not pinned times
+ * the size of the model's constants), which are copied; with every row pinned nothing is. */
+TUG_API tug_status tug_set_firmness(tug_solver *solver, const double *firmness);
 
 /* Find the pose for handle positions. targets: #H by k, one for each constraint row. Allocates
  * nothing; time does not depend on #V. A solve that failed leaves the last pose as it was. */

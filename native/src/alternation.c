@@ -14,7 +14,7 @@ static void solve_blend_here(tug_solver *solver)
 {
     int32_t k = solver->model->header.dimension, kk = k * k;
     int32_t n = solver->model->header.groups * solver->model->header.shapes;
-    contract_pair_rotations(solver->model, solver->R, solver->Q);
+    contract_pair_rotations(solver->model, joint_energy(solver)->C, solver->R, solver->Q);
     for (int32_t i = 0; i < n; i++) {
         solver->c[i] = -trace_of_product(k, solver->R + i * kk, solver->pull + i * kk);
     }

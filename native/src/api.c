@@ -471,6 +471,18 @@ void tug_destroy_solver(tug_solver *solver)
     solver_destroy(solver);
 }
 
+tug_status tug_set_firmness(tug_solver *solver, const double *firmness)
+{
+    REQUIRE_POINTER("tug_set_firmness", solver);
+    REQUIRE_POINTER("tug_set_firmness", firmness);
+    for (int32_t r = 0; r < solver->model->header.rows; r++) {
+        REQUIRE(firmness[r] >= 0.0,
+                "tug_set_firmness: the firmness of row %d is %g: it must be 0 or more", r,
+                firmness[r]);
+    }
+    return solver_set_firmness(solver, firmness);
+}
+
 tug_status tug_solve(tug_solver *solver, const double *targets, tug_solve_info *info)
 {
     REQUIRE_POINTER("tug_solve", solver);

@@ -23,8 +23,10 @@ int costs_create(const tug_model *model, shape_costs *c)
     c->V = allocate(G * k * k, sizeof *c->V);
     c->T = allocate(b * k, sizeof *c->T);
     c->difference = allocate(b * k, sizeof *c->difference);
+    c->placed = allocate((size_t)model->header.rows * k, sizeof *c->placed);
     int room = rotation_workspace_create((int32_t)G, (int32_t)k, &c->workspace);
-    return room && c->D && c->rotations && c->R && c->L && c->V && c->T && c->difference;
+    return room && c->D && c->rotations && c->R && c->L && c->V && c->T && c->difference &&
+           c->placed;
 }
 
 void costs_destroy(shape_costs *c)
@@ -36,27 +38,29 @@ void costs_destroy(shape_costs *c)
     release(c->V);
     release(c->T);
     release(c->difference);
+    release(c->placed);
     rotation_workspace_destroy(&c->workspace);
 }
 
 /* The rotation that best carries the handles of a shape, seen from one group, to Y. */
-static void fit_handles(const tug_model *model, const shape_model *shape, const double *Y,
-                        int32_t g, const double *Q, double *R)
+static void fit_handles(const tug_model *model, const holding *held, const shape_model *shape,
+                        const double *Y, int32_t g, const double *Q, double *R)
 {
     int32_t k = model->header.dimension, h = model->header.rows;
     const double *near = model->nearness + g * h;
     double from[3] = {0}, to[3] = {0}, M[9] = {0}, turned[9], total = 0.0, size = 0.0;
     for (int32_t r = 0; r < h; r++) {
-        total += near[r];
+        double weight = near[r] * grip_of(held, r);
+        total += weight;
         for (int32_t a = 0; a < k; a++) {
-            from[a] += near[r] * shape->rows[r * k + a];
-            to[a] += near[r] * Y[r * k + a];
+            from[a] += weight * shape->rows[r * k + a];
+            to[a] += weight * Y[r * k + a];
         }
     }
     for (int32_t r = 0; r < h; r++) {
         for (int32_t i = 0; i < k * k; i++) {
             double x = shape->rows[r * k + i / k] - from[i / k] / total;
-            M[i] += near[r] * x * (Y[r * k + i % k] - to[i % k] / total);
+            M[i] += near[r] * grip_of(held, r) * x * (Y[r * k + i % k] - to[i % k] / total);
         }
     }
     for (int32_t i = 0; i < k * k; i++) {
@@ -109,7 +113,8 @@ static void subtract_turned_shape(const tug_model *model, int32_t s, const doubl
 
 /* E_g of (A 7), twice the group's part of the energy, for every group of one shape. It is the form
  * L_g of T - T_s R_g^T, where T_s makes the shape itself: no cancellation near the example. */
-static void find_group_costs(const tug_model *model, int32_t s, const double *Y, shape_costs *c)
+static void find_group_costs(const tug_model *model, const holding *held, int32_t s,
+                             const double *Y, shape_costs *c)
 {
     int32_t k = model->header.dimension, kk = k * k, S = model->header.shapes;
     const shape_model *shape = model->shape + s;
@@ -117,7 +122,8 @@ static void find_group_costs(const tug_model *model, int32_t s, const double *Y,
     for (int32_t i = 0; i < shape->energy.turned * k; i++) {
         c->V[i] = c->R[(i / kk) * kk + (i % k) * k + i / k % k];
     }
-    recover_transforms(&shape->energy, c->V, Y, k, c->T);
+    settle_rows(model, held, s, c->V, Y, c->placed);
+    recover_transforms(&shape->energy, c->V, c->placed, k, c->T);
     for (int32_t g = 0; g < model->header.groups; g++) {
         double R[9];
         multiply(k, c->R + g * kk, model->align + (g * S + s) * kk, R);
@@ -125,16 +131,19 @@ static void find_group_costs(const tug_model *model, int32_t s, const double *Y,
         c->D[g * S + s] = fmax(
             quadratic_part(shape->L + (size_t)g * (size_t)b * (size_t)b, b, k, c->difference), 0.0);
     }
+    for (int32_t r = 0; r < model->header.rows; r++) {
+        c->D[nearest_group(model, r) * S + s] += spring_energy(held, r, c->placed, Y, k);
+    }
 }
 
-static void start_rotations(const tug_model *model, int32_t s, const double *Y, int turning,
-                            double *R)
+static void start_rotations(const tug_model *model, const holding *held, int32_t s, const double *Y,
+                            int turning, double *R)
 {
     int32_t k = model->header.dimension, kk = k * k, S = model->header.shapes;
     for (int32_t g = 0; g < model->header.groups; g++) {
         const double *Q = model->align + (g * S + s) * kk;
         if (turning) {
-            fit_handles(model, model->shape + s, Y, g, Q, R + g * kk);
+            fit_handles(model, held, model->shape + s, Y, g, Q, R + g * kk);
         } else {
             for (int32_t i = 0; i < kk; i++) {
                 R[g * kk + i] = Q[(i % k) * k + i / k];
@@ -153,17 +162,18 @@ static void add_least_prior(const tug_model *model, const double *start, double 
     }
 }
 
-void find_costs(const tug_model *model, const double *Y, int turning, shape_costs *c)
+void find_costs(const tug_model *model, const holding *held, const double *Y, int turning,
+                shape_costs *c)
 {
     int32_t k = model->header.dimension, kk = k * k;
     int32_t S = model->header.shapes, G = model->header.groups;
     c->converged = 1;
     c->steps = 0;
     for (int32_t s = 0; s < S; s++) {
-        const reduction *reduced = &model->shape[s].energy;
+        const reduction *reduced = held_energy(model, held, s);
         rotation_energy energy = {G, k, reduced->C, c->L};
         find_pull(reduced, Y, k, c->L);
-        start_rotations(model, s, Y, turning, c->R);
+        start_rotations(model, held, s, Y, turning, c->R);
         if (turning) {
             add_least_prior(model, c->R, c->L);
             int converged;
@@ -172,7 +182,7 @@ void find_costs(const tug_model *model, const double *Y, int turning, shape_cost
             c->converged &= converged;
             c->steps = steps > c->steps ? steps : c->steps;
         }
-        find_group_costs(model, s, Y, c);
+        find_group_costs(model, held, s, Y, c);
         for (int32_t g = 0; g < G; g++) {
             memcpy(c->rotations + (g * S + s) * kk, c->R + g * kk, (size_t)kk * sizeof *c->R);
         }

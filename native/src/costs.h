@@ -6,6 +6,7 @@
 #ifndef TUG_COSTS_H
 #define TUG_COSTS_H
 
+#include "holding.h"
 #include "model.h"
 #include "rotation_fit.h"
 
@@ -17,13 +18,16 @@ typedef struct shape_costs {
     rotation_workspace workspace;
     double *R, *L, *V;      /* of one shape: #G by k by k */
     double *T, *difference; /* of one shape: #W (k + 1) by k */
+    double *placed;         /* of one shape: #H by k */
 } shape_costs;
 
 /* Returns 0 where memory is short; it can then be destroyed all the same. */
 int costs_create(const tug_model *model, shape_costs *costs);
 void costs_destroy(shape_costs *costs);
 
-/* Y: #H by k. turning: 0 holds every group of every shape as it stands in its shape. */
-void find_costs(const tug_model *model, const double *Y, int turning, shape_costs *costs);
+/* Y: #H by k. turning: 0 holds every group of every shape as it stands in its shape. A row that
+ * gives way costs the group nearest to it what its spring takes. */
+void find_costs(const tug_model *model, const holding *held, const double *Y, int turning,
+                shape_costs *costs);
 
 #endif

@@ -92,3 +92,13 @@ tug_status model_allocate(const model_header *header, tug_model **out)
     *out = model;
     return TUG_OK;
 }
+
+int32_t nearest_group(const tug_model *model, int32_t row)
+{
+    const double *near = model->nearness + row;
+    int32_t rows = model->header.rows, nearest = 0;
+    for (int32_t g = 1; g < model->header.groups; g++) {
+        nearest = near[g * rows] > near[nearest * rows] ? g : nearest;
+    }
+    return nearest;
+}

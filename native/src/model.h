@@ -53,6 +53,9 @@ tug_status model_create(const tug_mesh *mesh, const double *shapes, int32_t shap
                         tug_model **out);
 void model_destroy(tug_model *model);
 
+/* The group that a row says most about. */
+int32_t nearest_group(const tug_model *model, int32_t row);
+
 /* A model of these sizes with its data zero. */
 tug_status model_allocate(const model_header *header, tug_model **out);
 

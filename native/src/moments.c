@@ -42,7 +42,7 @@ static void find_own_block(const tug_solver *solver, int32_t i, int32_t j, doubl
         find_stiffness(model, i, j, block);
     }
     for (size_t ab = 0; ab < kk; ab++) {
-        block[ab] -= model->energy.C[(((g * G + h) * kk + ab) * S + s) * S + t];
+        block[ab] -= joint_energy(solver)->C[(((g * G + h) * kk + ab) * S + s) * S + t];
     }
 }
 

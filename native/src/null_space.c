@@ -47,7 +47,9 @@ static void gather_form(const reduction *energy, double *M)
         }
     }
     for (size_t r = 0; r < h; r++) {
-        memcpy(M + (t + r) * size + t, energy->FLF + r * h, h * sizeof *M);
+        for (size_t q = 0; q < h; q++) { /* symmetric but for its own rounding */
+            M[(t + r) * size + t + q] = 0.5 * (energy->FLF[r * h + q] + energy->FLF[q * h + r]);
+        }
     }
 }
 

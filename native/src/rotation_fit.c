@@ -73,6 +73,17 @@ static void multiply_stacked(const rotation_energy *energy, const double *R, rot
     }
 }
 
+/* tr(C_gg): what is summed to `coupled` may cancel where rows give way. */
+static double own_trace(const rotation_energy *energy, int32_t g)
+{
+    size_t k = (size_t)energy->k, size = (size_t)energy->groups * k;
+    double sum = 0.0;
+    for (size_t i = (size_t)g * k; i < (size_t)(g + 1) * k; i++) {
+        sum += energy->C[i * (size + 1)];
+    }
+    return sum;
+}
+
 double evaluate_rotations(const rotation_energy *energy, const double *R, rotation_workspace *w)
 {
     int32_t k = energy->k, kk = k * k;
@@ -83,7 +94,7 @@ double evaluate_rotations(const rotation_energy *energy, const double *R, rotati
         double coupled = 0.5 * trace_of_product(k, R + g * kk, w->CR + g * kk);
         double pulled = trace_of_product(k, R + g * kk, energy->L + g * kk);
         sum += coupled - pulled;
-        w->magnitude += fabs(coupled) + fabs(pulled);
+        w->magnitude += fabs(coupled) + fabs(pulled) + own_trace(energy, g);
     }
     return sum;
 }
@@ -233,7 +244,7 @@ static double descend(const rotation_energy *energy, rotation_workspace *w, doub
         double after = evaluate_rotations(energy, w->trial, w);
         if (after <= before + 1e-4 * t * slope + rounding) {
             memcpy(R, w->trial, bytes);
-            return full;
+            return -slope > rounding ? full : 0.0;
         }
     }
     return 0.0;

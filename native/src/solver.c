@@ -8,23 +8,26 @@
 #include <math.h>
 #include <string.h>
 
-/* Y about its mean: no energy sees where the pose is, and the digits are kept for its form. */
+/* Y about its mean: no energy sees where the pose is, and the digits are kept for its form. What
+ * holds nothing does not count, however far away. */
 static void take_targets(tug_solver *solver, const double *targets)
 {
     int32_t k = solver->model->header.dimension, h = solver->model->header.rows;
     double unit = solver->model->header.unit;
     for (int32_t a = 0; a < k; a++) {
-        double sum = 0.0;
+        double sum = 0.0, total = 0.0;
         for (int32_t r = 0; r < h; r++) {
-            sum += targets[r * k + a];
+            sum += grip_of(solver->held, r) * targets[r * k + a];
+            total += grip_of(solver->held, r);
         }
-        solver->middle[a] = sum / h;
+        solver->middle[a] = sum / total;
         for (int32_t r = 0; r < h; r++) {
-            solver->Y[r * k + a] = (targets[r * k + a] - solver->middle[a]) / unit;
+            int holds = grip_of(solver->held, r) > 0.0;
+            solver->Y[r * k + a] = holds ? (targets[r * k + a] - solver->middle[a]) / unit : 0.0;
         }
     }
-    find_pull(&solver->model->energy, solver->Y, k, solver->pull);
-    solver->r = energy_of_rows(&solver->model->energy, solver->Y, k);
+    find_pull(joint_energy(solver), solver->Y, k, solver->pull);
+    solver->r = energy_of_rows(joint_energy(solver), solver->Y, k);
 }
 
 /* What a shape of energy D costs in the objective. */
@@ -71,11 +74,36 @@ static void start_blend(tug_solver *solver)
     }
 }
 
+/* T from V. Returns the energy of the springs. */
+static double find_transforms(tug_solver *solver)
+{
+    int32_t k = solver->model->header.dimension;
+    settle_rows(solver->model, solver->held, JOINT, solver->V, solver->Y, solver->placed);
+    recover_transforms(joint_energy(solver), solver->V, solver->placed, k, solver->T);
+    place_transforms(&solver->model->dictionary, solver->T, solver->placed_T);
+    double springs = 0.0;
+    for (int32_t r = 0; r < solver->model->header.rows; r++) {
+        springs += 0.5 * spring_energy(solver->held, r, solver->placed, solver->Y, k);
+    }
+    return springs;
+}
+
+tug_status solver_set_firmness(tug_solver *solver, const double *firmness)
+{
+    holding *held;
+    tug_status status = hold_rows(solver->model, firmness, &held);
+    if (status == TUG_OK) {
+        release_holding(solver->held);
+        solver->held = held;
+    }
+    return status;
+}
+
 void solver_solve(tug_solver *solver, const double *targets, tug_solve_info *info)
 {
     take_targets(solver, targets);
-    find_costs(solver->model, solver->Y, solver->options.form != TUG_FORM_NO_ROTATIONS,
-               &solver->costs);
+    find_costs(solver->model, solver->held, solver->Y,
+               solver->options.form != TUG_FORM_NO_ROTATIONS, &solver->costs);
     price_shapes(solver);
     start_blend(solver);
     size_t size = info->struct_size;
@@ -97,9 +125,7 @@ void solver_solve(tug_solver *solver, const double *targets, tug_solve_info *inf
     if (solver->options.form != TUG_FORM_TRUST_REGION) {
         stack_rotations(solver, solver->V);
     }
-    recover_transforms(&solver->model->energy, solver->V, solver->Y,
-                       solver->model->header.dimension, solver->T);
-    place_transforms(&solver->model->dictionary, solver->T, solver->placed_T);
+    info->energy = fmax(info->energy - find_transforms(solver), 0.0);
     double unit = solver->model->header.unit, scale = solver->options.squared ? unit * unit : unit;
     info->converged &= solver->costs.converged;
     info->objective = scale * solver->blend.objective;

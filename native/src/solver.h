@@ -5,6 +5,9 @@
 
 #include "solver_state.h"
 
+/* firmness: #H, not negative. Where it fails everything is as before. */
+tug_status solver_set_firmness(tug_solver *solver, const double *firmness);
+
 /* targets: #H by k, finite. */
 void solver_solve(tug_solver *solver, const double *targets, tug_solve_info *info);
 

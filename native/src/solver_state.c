@@ -11,16 +11,17 @@ void solver_destroy(tug_solver *solver)
     if (solver == NULL) {
         return;
     }
-    double *arrays[] = {solver->Y,        solver->pull,     solver->B,        solver->R,
-                        solver->T,        solver->placed_T, solver->Q,        solver->c,
-                        solver->d,        solver->folded_Q, solver->folded_c, solver->folded_d,
-                        solver->folded_B, solver->group_R,  solver->prior_R,  solver->prior_B,
-                        solver->kept_R,   solver->C,        solver->L,        solver->X,
-                        solver->J,        solver->face_J,   solver->face_X,   solver->face_H,
-                        solver->V,        solver->M};
+    double *arrays[] = {solver->Y,        solver->placed,   solver->pull,     solver->B,
+                        solver->R,        solver->T,        solver->placed_T, solver->Q,
+                        solver->c,        solver->d,        solver->folded_Q, solver->folded_c,
+                        solver->folded_d, solver->folded_B, solver->group_R,  solver->prior_R,
+                        solver->prior_B,  solver->kept_R,   solver->C,        solver->L,
+                        solver->X,        solver->J,        solver->face_J,   solver->face_X,
+                        solver->face_H,   solver->V,        solver->M};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) {
         release(arrays[i]);
     }
+    release_holding(solver->held);
     costs_destroy(&solver->costs);
     blend_workspace_destroy(&solver->blending);
     rotation_workspace_destroy(&solver->turning);
@@ -53,6 +54,7 @@ static int allocate_solver(tug_solver *s)
     /* The rows of J beyond the first S serve as scratch for a single blend. */
     const array_request requests[] = {
         {&s->Y, h * k},
+        {&s->placed, h * k},
         {&s->pull, n * kk},
         {&s->B, n},
         {&s->R, n * kk},

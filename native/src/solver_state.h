@@ -5,6 +5,7 @@
 
 #include "blend.h"
 #include "costs.h"
+#include "holding.h"
 #include "model.h"
 #include "rotation_fit.h"
 #include "trust_region.h"
@@ -12,10 +13,12 @@
 struct tug_solver {
     const tug_model *model;
     tug_solver_options options;
+    holding *held;
     int solved;
 
     /* The question. Y is about its own mean, in units of the model. */
-    double *Y; /* #H by k */
+    double *Y;      /* #H by k */
+    double *placed; /* #H by k: where rows that give way come to be */
     double middle[3];
     double *pull; /* #G #S by k by k: K F Y */
     double r;     /* tr(Y^T F^T L F Y) */
@@ -53,6 +56,12 @@ struct tug_solver {
 tug_status solver_create(const tug_model *model, const tug_solver_options *options,
                          tug_solver **out);
 void solver_destroy(tug_solver *solver);
+
+/* The joint problem in terms of the targets. */
+static inline const reduction *joint_energy(const tug_solver *solver)
+{
+    return held_energy(solver->model, solver->held, JOINT);
+}
 
 /* Minimise (A 20) with the solver's Q, c, d and r plus `constant`, from and to its B. */
 void solve_blend(tug_solver *solver, double constant);

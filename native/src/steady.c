@@ -134,7 +134,7 @@ static double blend_prior_energy(const tug_solver *solver)
 static void find_blend_energy(tug_solver *solver)
 {
     int32_t k = solver->model->header.dimension, kk = k * k, S = solver->model->header.shapes;
-    contract_rotations(solver->model, solver->group_R, solver->Q);
+    contract_rotations(solver->model, joint_energy(solver)->C, solver->group_R, solver->Q);
     for (int32_t i = 0; i < solver->model->header.groups * S; i++) {
         solver->c[i] = -trace_of_product(k, solver->group_R + (i / S) * kk, solver->pull + i * kk);
     }
@@ -162,7 +162,7 @@ static double solve_blend_here(tug_solver *solver)
 static void find_rotation_energy(tug_solver *solver)
 {
     int32_t k = solver->model->header.dimension, kk = k * k, S = solver->model->header.shapes;
-    contract_blend(solver->model, solver->B, solver->C);
+    contract_blend(solver->model, joint_energy(solver)->C, solver->B, solver->C);
     for (int32_t g = 0; g < solver->model->header.groups; g++) {
         double weight = prior_weight(solver) * solver->model->stiffness[g];
         for (int32_t i = 0; i < kk; i++) {
@@ -182,7 +182,7 @@ static void differentiate_gradient(tug_solver *solver, int32_t pair, double *row
     int32_t k = model->header.dimension, kk = k * k, t = tangent_size(k);
     int32_t own = pair / model->header.shapes;
     double pull[9], half[9], turned[9], axis[3];
-    contract_blend_row(model, pair, solver->B, solver->X);
+    contract_blend_row(model, joint_energy(solver)->C, pair, solver->B, solver->X);
     memcpy(pull, solver->pull + pair * kk, (size_t)kk * sizeof *pull);
     for (int32_t h = 0; h < model->header.groups; h++) {
         multiply_nt(k, solver->X + h * kk, solver->group_R + h * kk, half);

@@ -137,7 +137,7 @@ static linearisation linearise(tug_solver *solver)
         solver->trust.slope[i] /= tau;
     }
     find_own_moments(solver, solver->trust.slope, solver->trust.slope_moments);
-    contract_pair_rotations(solver->model, solver->R, solver->trust.Q);
+    contract_pair_rotations(solver->model, joint_energy(solver)->C, solver->R, solver->trust.Q);
     keep_point(solver, solver->trust.kept);
     memcpy(solver->trust.R, solver->R, count * sizeof *solver->R);
     return (linearisation){

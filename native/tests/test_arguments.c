@@ -591,6 +591,7 @@ static void solver_calls_refuse(void)
     tug_solver *solver;
     tug_solve_info info = {.struct_size = sizeof info, .rounds = -7};
     double targets[2 * MAX_WEIGHTS] = {0}, out[9 * MAX_VERTICES] = {-7.0};
+    double firmness[MAX_WEIGHTS] = {0};
     tug_default_solver_options(&options);
     CHECK(tug_create_solver(model, &options, &solver) == TUG_OK);
     for (int solved = 0; solved < 2; solved++) { /* before the first pose there is none to get */
@@ -609,6 +610,11 @@ static void solver_calls_refuse(void)
         info.struct_size--;
         CHECK(REFUSED(tug_solve, solver, targets, &info));
         info.struct_size++;
+        CHECK(REFUSED(tug_set_firmness, NULL, firmness));
+        CHECK(REFUSED(tug_set_firmness, solver, NULL));
+        firmness[1] = solved ? -1e-30 : NAN;
+        CHECK(REFUSED(tug_set_firmness, solver, firmness));
+        CHECK(strstr(tug_error_text(), "row 1") != NULL);
         CHECK(out[0] == -7.0 && info.rounds == -7);
         CHECK(tug_solve(solver, targets, NULL) == TUG_OK);
     }

@@ -10,6 +10,7 @@ typedef struct bench {
     fixture f;
     tug_mesh *mesh;
     tug_model *model;
+    tug_solver *solver;
     size_t blob_size;
     unsigned char blob[1 << 18];
     tug_progress progress;
@@ -23,12 +24,16 @@ static int prepare(bench *b)
     b->mesh = make_mesh(&b->f);
     b->model = make_model(&b->f);
     b->blob_size = tug_model_blob_size(b->model);
+    tug_solver_options options;
+    tug_default_solver_options(&options);
+    tug_create_solver(b->model, &options, &b->solver);
     return b->blob_size <= sizeof b->blob &&
            tug_save_model(b->model, b->blob, b->blob_size) == TUG_OK;
 }
 
 static void clear(bench *b)
 {
+    tug_destroy_solver(b->solver);
     tug_destroy_model(b->model);
     tug_destroy_mesh(b->mesh);
 }
@@ -198,6 +203,23 @@ static int call_create_trust_region(bench *b)
     return create_solver(b, TUG_FORM_TRUST_REGION, 0);
 }
 
+/* Rows that give way where the row before was pinned: both are new. */
+static int call_set_firmness(bench *b)
+{
+    const double soft[] = {1.0, INFINITY, 0.0};
+    double before[2 * MAX_VERTICES], after[2 * MAX_VERTICES];
+    tug_solve(b->solver, b->f.shape, NULL);
+    tug_get_positions(b->solver, before);
+    tug_status status = tug_set_firmness(b->solver, soft);
+    tug_solve(b->solver, b->f.shape, NULL);
+    tug_get_positions(b->solver, after);
+    if (status == TUG_OK) {
+        tug_set_firmness(b->solver, (double[]){INFINITY, INFINITY, INFINITY});
+    }
+    int kept = memcmp(before, after, (size_t)(2 * b->f.vertices) * sizeof *before) == 0;
+    return (status == TUG_OK) != kept ? (int)status : CHANGED;
+}
+
 static int call_minimise_blend(bench *b)
 {
     const double Q[] = {2, 0, 0, 1}, c[] = {0, 0}, d[] = {1, 2};
@@ -292,6 +314,7 @@ SWEEP(allocations, load_model)
 SWEEP(allocations, create_solver)
 SWEEP(allocations, create_solver_of_one_blend)
 SWEEP(allocations, create_trust_region)
+SWEEP(allocations, set_firmness)
 SWEEP(allocations, minimise_blend)
 SWEEP_CANCEL(compute_weights)
 SWEEP_CANCEL(compute_eigenfunctions)
@@ -334,6 +357,7 @@ int main(int argc, char **argv)
     RUN(create_solver_fails_cleanly);
     RUN(create_solver_of_one_blend_fails_cleanly);
     RUN(create_trust_region_fails_cleanly);
+    RUN(set_firmness_fails_cleanly);
     RUN(minimise_blend_fails_cleanly);
     RUN(compute_weights_stops_cleanly);
     RUN(compute_eigenfunctions_stops_cleanly);

@@ -8,7 +8,7 @@ import gc
 import numpy as np
 import pytest
 
-from addon.native import ERROR_BLOB, ERROR_HANDLES, ERROR_MESH, TugError
+from addon.native import ERROR_ARGUMENT, ERROR_BLOB, ERROR_HANDLES, ERROR_MESH, TugError
 from addon.solver import (
     Form,
     Mesh,
@@ -150,6 +150,30 @@ def test_a_free_handle_has_no_row(shapes, triangles):
         targets = shapes[1, [HANDLES[0], HANDLES[2]]]
         solver.solve(targets)
         np.testing.assert_allclose(solver.positions()[HANDLES[::2]], targets, atol=1e-9)
+
+
+def test_how_firmly_a_handle_is_held_can_change_without_a_new_model(shapes, triangles):
+    targets = shapes[1, HANDLES]
+    targets[1] += 0.5
+    with make_solver(shapes, triangles, HANDLES) as solver:
+        misses = []
+        for firmness in (np.inf, 10.0, 1.0, 0.0):
+            solver.set_firmness([np.inf, firmness, np.inf])
+            assert solver.solve(targets).converged
+            misses.append(np.linalg.norm(solver.positions()[HANDLES] - targets, axis=1))
+        misses = np.array(misses)
+        np.testing.assert_allclose(misses[:, [0, 2]], 0, atol=1e-9)
+        assert misses[0, 1] < 1e-9
+        assert (np.diff(misses[:, 1]) > 1e-3).all()
+
+
+def test_firmness_that_does_not_fit_is_refused(shapes, triangles):
+    with make_solver(shapes, triangles, HANDLES) as solver:
+        with pytest.raises(ValueError, match="firmness must be 3"):
+            solver.set_firmness([1.0])
+        with pytest.raises(TugError, match="row 2 is -1") as caught:
+            solver.set_firmness([1, 1, -1])
+        assert caught.value.code == ERROR_ARGUMENT
 
 
 def test_a_row_may_be_any_sparse_combination(mesh, shapes):

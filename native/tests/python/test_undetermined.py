@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from test_blend_optimum import AROUND, examples, tube
 
+from addon.native import ERROR_HANDLES, TugError
 from addon.solver import make_solver
 
 TETRAHEDRON = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
@@ -33,6 +34,29 @@ def test_a_part_with_one_handle_is_recognised_with_the_rest():
             info = solver.solve(shape[handles])
             assert info.converged
             np.testing.assert_allclose(solver.positions(), shape, atol=1e-6)
+
+
+def test_letting_go_of_a_part_names_its_rows():
+    shapes, triangles, handles = with_eyes()
+    with make_solver(shapes, triangles, handles) as solver:
+        with pytest.raises(TugError, match="rows 5:") as caught:
+            solver.set_firmness([1, 1, 0, 1, np.inf, 0])
+        assert caught.value.code == ERROR_HANDLES
+        solver.set_firmness([1, 1, 0, 1, 1, 1])
+        for shape in shapes:
+            assert solver.solve(shape[handles]).converged
+            np.testing.assert_allclose(solver.positions(), shape, atol=1e-6)
+
+
+@pytest.mark.parametrize("firmness", [1e-5, 1e-3, 1])
+def test_solves_converge_however_softly_everything_is_held(firmness):
+    """What springs leave of the energy is a difference of much larger numbers."""
+    shapes, triangles, handles = with_eyes()
+    with make_solver(shapes, triangles, handles) as solver:
+        solver.set_firmness(np.full(len(handles), firmness))
+        for shape in shapes:
+            assert solver.solve(shape[handles]).converged
+            np.testing.assert_allclose(solver.positions(), shape, atol=2e-4)
 
 
 def test_solves_converge_between_the_examples():
