@@ -305,6 +305,9 @@ FUNCTIONS: dict[str, tuple] = {
     "tug_destroy_solver": (None, POINTER(tug_solver)),
     # tug_status tug_set_firmness(tug_solver *solver, const double *firmness);
     "tug_set_firmness": (Status, POINTER(tug_solver), Vector),
+    # tug_status tug_set_orientations(tug_solver *solver, const double *orientations,
+    #                                 const double *firmness);
+    "tug_set_orientations": (Status, POINTER(tug_solver), Stack, Vector),
     # tug_status tug_solve(tug_solver *solver, const double *targets, tug_solve_info *info);
     "tug_solve": (Status, POINTER(tug_solver), Matrix, POINTER(tug_solve_info)),
     # tug_status tug_get_positions(const tug_solver *solver, double *positions);

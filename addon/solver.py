@@ -297,6 +297,15 @@ class Solver(_Owner):
         firmness = _fitting("firmness", firmness, self.sizes.rows)
         native.library().tug_set_firmness(self._pointer, firmness)
 
+    def set_orientations(self, orientations: np.ndarray, firmness: np.ndarray) -> None:
+        """How the surface around each row is turned from here on, #H by k by k rotations from the
+        rest shape, and how firmly, #H: 0, as at first, not at all, 1 as stiff as the surface, inf
+        exactly. Each acts on the edge group nearest to its row."""
+        rows, k = self.sizes.rows, self.sizes.dimension
+        orientations = _fitting("orientations", orientations, rows, k, k)
+        firmness = _fitting("firmness", firmness, rows)
+        native.library().tug_set_orientations(self._pointer, orientations, firmness)
+
     def solve(self, targets: np.ndarray) -> SolveInfo:
         """Find the pose for targets, #H by k. Time does not depend on #V. A solve that failed
         leaves the last pose as it was."""

@@ -334,7 +334,8 @@ typedef struct tug_solve_info {
     size_t struct_size;
     int32_t converged;
     int32_t rounds; /* of blend and rotations */
-    /* (A 10), with springs and, in the steady form, priors below the root; in units of length */
+    /* (A 10), with springs, orientations and, in the steady form, priors below the root; in units
+     * of length */
     double objective;
     double energy;   /* E_d of (A 9) */
     double gap;      /* of the last (A 20): the objective is at most this far above its optimum */
@@ -360,6 +361,18 @@ TUG_API void tug_destroy_solver(tug_solver *solver);
  * 1e-8. A call that fails changes nothing. Nothing is bound anew: O(rows that are not pinned times
  * the size of the model's constants), which are copied; with every row pinned nothing is. */
 TUG_API tug_status tug_set_firmness(tug_solver *solver, const double *firmness);
+
+/* How the surface around each constraint row is turned, from here on: its orientation O, a rotation
+ * from the rest shape, and how firmly it is kept. The term o w_g |R_g - O|^2 / 2 comes beside E_d
+ * for the rotation R_g, relative to the rest shape, of the edge group whose weights are nearest to
+ * the row's, w_g being the group's stiffness: o = 1 is as stiff as the surface. 0, as at first, is
+ * none; INFINITY fixes the rotation, and counts as 1e7. Orientations of one group add up. The
+ * paper's form turns each shape of the group so; the other forms refuse orientations. Handle
+ * positions and orientations of an example give that example, and turning both turns the pose.
+ * orientations: #H by k by k, rotations up to 1e-5; not looked at where the firmness is 0.
+ * firmness: #H. Allocates nothing; a call that fails changes nothing. */
+TUG_API tug_status tug_set_orientations(tug_solver *solver, const double *orientations,
+                                        const double *firmness);
 
 /* Find the pose for handle positions. targets: #H by k, one for each constraint row. Allocates
  * nothing; time does not depend on #V. A solve that failed leaves the last pose as it was. */

@@ -10,13 +10,22 @@
 #include <math.h>
 #include <string.h>
 
+/* Twice what the orientations cost a pair of blend weight one. */
+static double pair_orientation(const tug_solver *solver, int32_t i)
+{
+    int32_t kk = solver->model->header.dimension * solver->model->header.dimension;
+    return orientation_energy(solver->model, &solver->oriented, i / solver->model->header.shapes,
+                              solver->R + i * kk);
+}
+
 static void solve_blend_here(tug_solver *solver)
 {
     int32_t k = solver->model->header.dimension, kk = k * k;
     int32_t n = solver->model->header.groups * solver->model->header.shapes;
     contract_pair_rotations(solver->model, joint_energy(solver)->C, solver->R, solver->Q);
     for (int32_t i = 0; i < n; i++) {
-        solver->c[i] = -trace_of_product(k, solver->R + i * kk, solver->pull + i * kk);
+        solver->c[i] = 0.5 * pair_orientation(solver, i) -
+                       trace_of_product(k, solver->R + i * kk, solver->pull + i * kk);
     }
     solve_blend(solver, 0.0);
 }
@@ -25,11 +34,13 @@ static void solve_blend_here(tug_solver *solver)
 static double update_rotations(tug_solver *solver)
 {
     int32_t k = solver->model->header.dimension, kk = k * k;
-    int32_t n = solver->model->header.groups * solver->model->header.shapes;
+    int32_t S = solver->model->header.shapes, n = solver->model->header.groups * S;
     double largest = 0.0, R[9];
     stack_rotations(solver, solver->V);
     find_pose_moments(solver, solver->V, solver->M);
     for (int32_t i = 0; i < n; i++) {
+        add_orientation_pull(solver->model, &solver->oriented, i / S,
+                             solver->model->stiffness[i / S], solver->M + i * kk);
         closest_rotation(k, solver->M + i * kk, R);
         largest = fmax(largest, angle_between(k, solver->R + i * kk, R));
         memcpy(solver->R + i * kk, R, (size_t)kk * sizeof *R);
@@ -65,6 +76,9 @@ void solve_alternating(tug_solver *solver, tug_solve_info *info)
         info->converged = info->residual <= solver->options.tolerance;
     }
     info->energy = solver->blend.u;
+    for (int32_t i = 0; i < solver->model->header.groups * solver->model->header.shapes; i++) {
+        info->energy -= 0.5 * solver->B[i] * pair_orientation(solver, i);
+    }
 }
 
 void solve_without_rotations(tug_solver *solver, tug_solve_info *info)

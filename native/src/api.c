@@ -5,6 +5,7 @@
 #include "dictionary_fit.h"
 #include "groups.h"
 #include "medoids.h"
+#include "rotation.h"
 #include "skeleton/skeleton.h"
 #include "solver.h"
 #include "spread.h"
@@ -481,6 +482,44 @@ tug_status tug_set_firmness(tug_solver *solver, const double *firmness)
                 firmness[r]);
     }
     return solver_set_firmness(solver, firmness);
+}
+
+/* Up to the rounding of single precision. */
+static int is_rotation(int32_t k, const double *R)
+{
+    double transposed[9], closest[9];
+    for (int32_t i = 0; i < k * k; i++) {
+        transposed[i] = R[(i % k) * k + i / k];
+    }
+    closest_rotation(k, transposed, closest);
+    for (int32_t i = 0; i < k * k; i++) {
+        if (!(fabs(R[i] - closest[i]) <= 1e-5)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+tug_status tug_set_orientations(tug_solver *solver, const double *orientations,
+                                const double *firmness)
+{
+    REQUIRE_POINTER("tug_set_orientations", solver);
+    REQUIRE_POINTER("tug_set_orientations", orientations);
+    REQUIRE_POINTER("tug_set_orientations", firmness);
+    int32_t k = solver->model->header.dimension, form = solver->options.form;
+    for (int32_t r = 0; r < solver->model->header.rows; r++) {
+        REQUIRE(firmness[r] >= 0.0,
+                "tug_set_orientations: the firmness of row %d is %g: it must be 0 or more", r,
+                firmness[r]);
+        REQUIRE(firmness[r] == 0.0 || form == TUG_FORM_STEADY || form == TUG_FORM_PAPER,
+                "tug_set_orientations: only the steady and the paper's form can follow the "
+                "orientation of row %d: choose one of them",
+                r);
+        REQUIRE(firmness[r] == 0.0 || is_rotation(k, orientations + r * k * k),
+                "tug_set_orientations: the orientation of row %d is not a rotation", r);
+    }
+    orient_groups(solver->model, orientations, firmness, &solver->oriented);
+    return TUG_OK;
 }
 
 tug_status tug_solve(tug_solver *solver, const double *targets, tug_solve_info *info)

@@ -42,10 +42,12 @@ void costs_destroy(shape_costs *c)
     rotation_workspace_destroy(&c->workspace);
 }
 
-/* The rotation that best carries the handles of a shape, seen from one group, to Y. */
-static void fit_handles(const tug_model *model, const holding *held, const shape_model *shape,
-                        const double *Y, int32_t g, const double *Q, double *R)
+/* The rotation that best carries the handles of a shape, seen from one group, to Y, and agrees with
+ * the orientations there. */
+static void fit_handles(const tug_model *model, const holding *held, const orientation *oriented,
+                        int32_t s, const double *Y, int32_t g, double *R)
 {
+    const shape_model *shape = model->shape + s;
     int32_t k = model->header.dimension, h = model->header.rows;
     const double *near = model->nearness + g * h;
     double from[3] = {0}, to[3] = {0}, M[9] = {0}, turned[9], total = 0.0, size = 0.0;
@@ -70,7 +72,8 @@ static void fit_handles(const tug_model *model, const holding *held, const shape
     for (int32_t a = 0; a < k; a++) {
         M[a * k + a] += 1e-6 * size;
     }
-    multiply(k, Q, M, turned);
+    multiply(k, model->align + (g * model->header.shapes + s) * k * k, M, turned);
+    add_orientation_pull(model, oriented, g, size > 0.0 ? size : 1.0, turned);
     closest_rotation(k, turned, R);
 }
 
@@ -113,8 +116,9 @@ static void subtract_turned_shape(const tug_model *model, int32_t s, const doubl
 
 /* E_g of (A 7), twice the group's part of the energy, for every group of one shape. It is the form
  * L_g of T - T_s R_g^T, where T_s makes the shape itself: no cancellation near the example. */
-static void find_group_costs(const tug_model *model, const holding *held, int32_t s,
-                             const double *Y, shape_costs *c)
+static void find_group_costs(const tug_model *model, const holding *held,
+                             const orientation *oriented, int32_t s, const double *Y,
+                             shape_costs *c)
 {
     int32_t k = model->header.dimension, kk = k * k, S = model->header.shapes;
     const shape_model *shape = model->shape + s;
@@ -130,21 +134,23 @@ static void find_group_costs(const tug_model *model, const holding *held, int32_
         subtract_turned_shape(model, s, R, c->T, c->difference);
         c->D[g * S + s] = fmax(
             quadratic_part(shape->L + (size_t)g * (size_t)b * (size_t)b, b, k, c->difference), 0.0);
+        c->D[g * S + s] += orientation_energy(model, oriented, g, c->R + g * kk);
     }
     for (int32_t r = 0; r < model->header.rows; r++) {
         c->D[nearest_group(model, r) * S + s] += spring_energy(held, r, c->placed, Y, k);
     }
 }
 
-static void start_rotations(const tug_model *model, const holding *held, int32_t s, const double *Y,
-                            int turning, double *R)
+static void start_rotations(const tug_model *model, const holding *held,
+                            const orientation *oriented, int32_t s, const double *Y, int turning,
+                            double *R)
 {
     int32_t k = model->header.dimension, kk = k * k, S = model->header.shapes;
     for (int32_t g = 0; g < model->header.groups; g++) {
-        const double *Q = model->align + (g * S + s) * kk;
         if (turning) {
-            fit_handles(model, held, model->shape + s, Y, g, Q, R + g * kk);
+            fit_handles(model, held, oriented, s, Y, g, R + g * kk);
         } else {
+            const double *Q = model->align + (g * S + s) * kk;
             for (int32_t i = 0; i < kk; i++) {
                 R[g * kk + i] = Q[(i % k) * k + i / k];
             }
@@ -162,8 +168,8 @@ static void add_least_prior(const tug_model *model, const double *start, double 
     }
 }
 
-void find_costs(const tug_model *model, const holding *held, const double *Y, int turning,
-                shape_costs *c)
+void find_costs(const tug_model *model, const holding *held, const orientation *oriented,
+                const double *Y, int turning, shape_costs *c)
 {
     int32_t k = model->header.dimension, kk = k * k;
     int32_t S = model->header.shapes, G = model->header.groups;
@@ -173,16 +179,19 @@ void find_costs(const tug_model *model, const holding *held, const double *Y, in
         const reduction *reduced = held_energy(model, held, s);
         rotation_energy energy = {G, k, reduced->C, c->L};
         find_pull(reduced, Y, k, c->L);
-        start_rotations(model, held, s, Y, turning, c->R);
+        start_rotations(model, held, oriented, s, Y, turning, c->R);
         if (turning) {
             add_least_prior(model, c->R, c->L);
+            for (int32_t g = 0; g < G; g++) {
+                add_orientation_pull(model, oriented, g, model->stiffness[g], c->L + g * kk);
+            }
             int converged;
             int32_t steps =
                 fit_rotations(&energy, TOLERANCE, MAX_STEPS, &c->workspace, c->R, &converged);
             c->converged &= converged;
             c->steps = steps > c->steps ? steps : c->steps;
         }
-        find_group_costs(model, held, s, Y, c);
+        find_group_costs(model, held, oriented, s, Y, c);
         for (int32_t g = 0; g < G; g++) {
             memcpy(c->rotations + (g * S + s) * kk, c->R + g * kk, (size_t)kk * sizeof *c->R);
         }

@@ -7,7 +7,7 @@
 #define TUG_COSTS_H
 
 #include "holding.h"
-#include "model.h"
+#include "orientation.h"
 #include "rotation_fit.h"
 
 typedef struct shape_costs {
@@ -25,9 +25,10 @@ typedef struct shape_costs {
 int costs_create(const tug_model *model, shape_costs *costs);
 void costs_destroy(shape_costs *costs);
 
-/* Y: #H by k. turning: 0 holds every group of every shape as it stands in its shape. A row that
- * gives way costs the group nearest to it what its spring takes. */
-void find_costs(const tug_model *model, const holding *held, const double *Y, int turning,
-                shape_costs *costs);
+/* Y: #H by k. turning: 0 holds every group of every shape as it stands in its shape. What the
+ * spring of a row that gives way takes, or an orientation, counts in the group nearest to the row.
+ */
+void find_costs(const tug_model *model, const holding *held, const orientation *oriented,
+                const double *Y, int turning, shape_costs *costs);
 
 #endif

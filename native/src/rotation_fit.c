@@ -79,7 +79,7 @@ static double own_trace(const rotation_energy *energy, int32_t g)
     size_t k = (size_t)energy->k, size = (size_t)energy->groups * k;
     double sum = 0.0;
     for (size_t i = (size_t)g * k; i < (size_t)(g + 1) * k; i++) {
-        sum += energy->C[i * (size + 1)];
+        sum += fabs(energy->C[i * (size + 1)]);
     }
     return sum;
 }
@@ -187,13 +187,24 @@ void differentiate_rotations(const rotation_energy *energy, const double *R, rot
     }
 }
 
+/* The lower quartile of the diagonal: some unknowns may be stiffer than the others by far, and a
+ * shift that is small for those would leave the others no step. w->step is overwritten. */
+static double shift_scale(int32_t size, rotation_workspace *w)
+{
+    for (int32_t i = 0; i < size; i++) {
+        double entry = fabs(w->hessian[(size_t)i * (size_t)size + (size_t)i]);
+        int32_t at = i;
+        for (; at > 0 && w->step[at - 1] > entry; at--) {
+            w->step[at] = w->step[at - 1];
+        }
+        w->step[at] = entry;
+    }
+    return w->step[size / 4];
+}
+
 void find_newton_step(int32_t size, rotation_workspace *w)
 {
-    double mean = 0.0;
-    for (int32_t i = 0; i < size; i++) {
-        mean += fabs(w->hessian[(size_t)i * (size_t)size + (size_t)i]) / size;
-    }
-    double shift = 0.0;
+    double shift = 0.0, scale = 0.0;
     for (int attempt = 0; attempt < 40; attempt++) {
         memcpy(w->factor, w->hessian, (size_t)size * (size_t)size * sizeof *w->factor);
         for (int32_t i = 0; i < size; i++) {
@@ -202,7 +213,10 @@ void find_newton_step(int32_t size, rotation_workspace *w)
         if (cholesky_factor(w->factor, size)) {
             break;
         }
-        shift = fmax(4.0 * shift, 1e-3 * mean);
+        if (shift == 0.0) {
+            scale = shift_scale(size, w);
+        }
+        shift = fmax(4.0 * shift, 1e-3 * scale);
     }
     for (int32_t i = 0; i < size; i++) {
         w->step[i] = -w->gradient[i];

@@ -102,7 +102,7 @@ tug_status solver_set_firmness(tug_solver *solver, const double *firmness)
 void solver_solve(tug_solver *solver, const double *targets, tug_solve_info *info)
 {
     take_targets(solver, targets);
-    find_costs(solver->model, solver->held, solver->Y,
+    find_costs(solver->model, solver->held, &solver->oriented, solver->Y,
                solver->options.form != TUG_FORM_NO_ROTATIONS, &solver->costs);
     price_shapes(solver);
     start_blend(solver);

@@ -22,6 +22,7 @@ void solver_destroy(tug_solver *solver)
         release(arrays[i]);
     }
     release_holding(solver->held);
+    orientation_destroy(&solver->oriented);
     costs_destroy(&solver->costs);
     blend_workspace_destroy(&solver->blending);
     rotation_workspace_destroy(&solver->turning);
@@ -95,7 +96,8 @@ tug_status solver_create(const tug_model *model, const tug_solver_options *optio
     solver->options = *options;
     int32_t groups = model->header.groups, shapes = model->header.shapes;
     int room =
-        allocate_solver(solver) && costs_create(model, &solver->costs) &&
+        allocate_solver(solver) && orientation_create(model, &solver->oriented) &&
+        costs_create(model, &solver->costs) &&
         blend_workspace_create(options->single_blend ? 1 : groups, shapes, &solver->blending) &&
         rotation_workspace_create(groups, model->header.dimension, &solver->turning) &&
         (options->form != TUG_FORM_TRUST_REGION || trust_region_create(model, &solver->trust));

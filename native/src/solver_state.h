@@ -14,6 +14,7 @@ struct tug_solver {
     const tug_model *model;
     tug_solver_options options;
     holding *held;
+    orientation oriented;
     int solved;
 
     /* The question. Y is about its own mean, in units of the model. */

@@ -68,18 +68,20 @@ static double prior_weight(const tug_solver *solver)
     return fmax(solver->options.prior, LEAST_PRIOR);
 }
 
-/* eps sum_g w_g |R_g - R^_g|^2, twice the energy of the rotations' prior. */
+/* eps sum_g w_g |R_g - R^_g|^2 and the orientations' own: twice the energy that pulls rotations. */
 static double rotation_prior_energy(const tug_solver *solver)
 {
     int32_t k = solver->model->header.dimension, kk = k * k;
-    double sum = 0.0;
+    double prior = 0.0, orientations = 0.0;
     for (int32_t g = 0; g < solver->model->header.groups; g++) {
         for (int32_t i = g * kk; i < (g + 1) * kk; i++) {
             double difference = solver->group_R[i] - solver->prior_R[i];
-            sum += solver->model->stiffness[g] * difference * difference;
+            prior += solver->model->stiffness[g] * difference * difference;
         }
+        orientations +=
+            orientation_energy(solver->model, &solver->oriented, g, solver->group_R + g * kk);
     }
-    return prior_weight(solver) * sum;
+    return prior_weight(solver) * prior + orientations;
 }
 
 /* 3 eps tr(H_gst): the quadratic form of the blends' prior, which is the rigidity energy between
@@ -158,7 +160,8 @@ static double solve_blend_here(tug_solver *solver)
     return solver->blend.objective;
 }
 
-/* The energy of the rotations at the present blend: C, and L with the prior's pull. */
+/* The energy of the rotations at the present blend: C, and L with the pull of prior and
+ * orientations. */
 static void find_rotation_energy(tug_solver *solver)
 {
     int32_t k = solver->model->header.dimension, kk = k * k, S = solver->model->header.shapes;
@@ -172,6 +175,8 @@ static void find_rotation_energy(tug_solver *solver)
             }
             solver->L[g * kk + i] = sum;
         }
+        add_orientation_pull(solver->model, &solver->oriented, g, solver->model->stiffness[g],
+                             solver->L + g * kk);
     }
 }
 

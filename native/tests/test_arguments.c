@@ -591,7 +591,7 @@ static void solver_calls_refuse(void)
     tug_solver *solver;
     tug_solve_info info = {.struct_size = sizeof info, .rounds = -7};
     double targets[2 * MAX_WEIGHTS] = {0}, out[9 * MAX_VERTICES] = {-7.0};
-    double firmness[MAX_WEIGHTS] = {0};
+    double firmness[MAX_WEIGHTS] = {0}, turned[4 * MAX_WEIGHTS] = {0};
     tug_default_solver_options(&options);
     CHECK(tug_create_solver(model, &options, &solver) == TUG_OK);
     for (int solved = 0; solved < 2; solved++) { /* before the first pose there is none to get */
@@ -615,6 +615,17 @@ static void solver_calls_refuse(void)
         firmness[1] = solved ? -1e-30 : NAN;
         CHECK(REFUSED(tug_set_firmness, solver, firmness));
         CHECK(strstr(tug_error_text(), "row 1") != NULL);
+        CHECK(REFUSED(tug_set_orientations, NULL, targets, targets));
+        CHECK(REFUSED(tug_set_orientations, solver, NULL, targets));
+        CHECK(REFUSED(tug_set_orientations, solver, targets, NULL));
+        CHECK(REFUSED(tug_set_orientations, solver, turned, firmness));
+        firmness[1] = INFINITY;
+        for (int i = 0; i < 4; i++) { /* sheared, mirrored, not finite, zero */
+            const double spoiled[4][4] = {{1, 1e-3, 0, 1}, {1, 0, 0, -1}, {1, NAN, 0, 1}, {0}};
+            memcpy(turned + 4, spoiled[i], sizeof spoiled[i]);
+            CHECK(REFUSED(tug_set_orientations, solver, turned, firmness));
+            CHECK(strstr(tug_error_text(), "row 1") != NULL);
+        }
         CHECK(out[0] == -7.0 && info.rounds == -7);
         CHECK(tug_solve(solver, targets, NULL) == TUG_OK);
     }

@@ -94,7 +94,7 @@ static void examples_come_back(void)
             apply_rows(&b.f, shape_of(&b.f, s), b.targets);
             CHECK(solve(&b));
             CHECK(is_sound(&b) && b.info.converged);
-            CHECK(b.info.rounds <= 20);
+            CHECK(b.info.rounds <= 40); /* the flat strip in space starts next to a saddle */
             if (knows(b.method, s)) {
                 CHECK(pose_distance(&b.f, b.positions, shape_of(&b.f, s)) <= 1e-5);
                 CHECK_NEAR(b.blend[s], 1.0, 1e-4);

@@ -113,7 +113,7 @@ static void price(const fixture *f, const tug_model *model, uint64_t *random, in
         Y[i] = x->targets[i] / model->header.unit;
     }
     costs_create(model, &x->costs);
-    find_costs(model, NULL, Y, turning, &x->costs);
+    find_costs(model, NULL, NULL, Y, turning, &x->costs);
 }
 
 /* The rotations of one shape's optimum, from the shape as it is given. */

@@ -243,7 +243,7 @@ static void costs_are_those_of_the_places_and_their_springs(void)
             Y[e] = b.targets[e] / b.model->header.unit;
         }
         CHECK(hold_rows(b.model, w, &held) == TUG_OK && costs_create(b.model, &costs));
-        find_costs(b.model, held, Y, 1, &costs); /* the last shape's rows stay in `placed` */
+        find_costs(b.model, held, NULL, Y, 1, &costs); /* the last shape's rows stay in `placed` */
         double placed[3 * MAX_WEIGHTS];
         memcpy(placed, costs.placed, (size_t)(b.f.rows * k) * sizeof *placed);
         for (int32_t g = 0; g < b.f.groups; g++) {
@@ -252,7 +252,7 @@ static void costs_are_those_of_the_places_and_their_springs(void)
         for (int32_t r = 0; r < b.f.rows; r++) {
             springs += spring_energy(held, r, placed, Y, k);
         }
-        find_costs(b.model, NULL, placed, 1, &costs);
+        find_costs(b.model, NULL, NULL, placed, 1, &costs);
         for (int32_t g = 0; g < b.f.groups; g++) {
             pinned += costs.D[g * S + S - 1];
         }

@@ -166,6 +166,28 @@ static void fit_ends_where_rounding_hides_the_decrease(void)
     }
 }
 
+/* Where some rotations are as good as fixed the others still take few steps. */
+static void stiff_groups_do_not_hold_up_the_others(void)
+{
+    uint64_t state = 12;
+    for (int32_t n = 0; n < 96; n++) {
+        problem p;
+        make_numbered(&p, &state, n, 1.0);
+        int32_t kk = p.energy.k * p.energy.k;
+        for (int32_t g = 0; g < p.energy.groups; g += 2) {
+            double R[9];
+            random_rotation(&state, p.energy.k, R);
+            for (int32_t i = 0; i < kk; i++) {
+                p.L[g * kk + i] += 1e6 * R[i];
+            }
+        }
+        int converged;
+        int32_t steps = fit_rotations(&p.energy, 1e-8, 200, &p.workspace, p.R, &converged);
+        CHECK(converged && steps <= 60);
+        rotation_workspace_destroy(&p.workspace);
+    }
+}
+
 static void every_step_lowers_the_energy(void)
 {
     uint64_t state = 4;
@@ -266,6 +288,7 @@ int main(int argc, char **argv)
     RUN(newton_step_leads_downhill);
     RUN(fit_ends_at_a_minimum);
     RUN(fit_ends_where_rounding_hides_the_decrease);
+    RUN(stiff_groups_do_not_hold_up_the_others);
     RUN(every_step_lowers_the_energy);
     RUN(one_group_ends_at_the_closest_rotation);
     RUN(start_at_a_saddle_comes_to_an_end);

@@ -300,7 +300,7 @@ static void start(const tug_baseline *baseline, shape_space *p)
     int32_t G = p->moments.group_count, S = baseline->shape_count, best = 0;
     int32_t k = p->moments.mesh->dimension, kk = k * k;
     double least = 0.0;
-    find_costs(p->model, NULL, baseline->Y, 1, &p->costs);
+    find_costs(p->model, NULL, NULL, baseline->Y, 1, &p->costs);
     for (int32_t s = 0; s < S; s++) {
         double sum = 0.0;
         for (int32_t g = 0; g < G; g++) {

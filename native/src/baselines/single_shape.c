@@ -101,7 +101,7 @@ static void alternate(const tug_baseline *baseline, single_shape *shape, tug_bas
 
 static void fit_by_newton(single_shape *shape, tug_baseline_info *info)
 {
-    find_costs(shape->model, NULL, shape->Y, 1, &shape->fit);
+    find_costs(shape->model, NULL, NULL, shape->Y, 1, &shape->fit);
     info->converged = shape->fit.converged;
     info->rounds = shape->fit.steps;
     shape->energy = 0.0;

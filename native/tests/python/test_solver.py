@@ -176,6 +176,42 @@ def test_firmness_that_does_not_fit_is_refused(shapes, triangles):
         assert caught.value.code == ERROR_ARGUMENT
 
 
+def turned(k: int, angle: float) -> np.ndarray:
+    rotation = np.eye(k)
+    cosine, sine = np.cos(angle), np.sin(angle)
+    rotation[:2, :2] = [[cosine, -sine], [sine, cosine]]
+    return rotation
+
+
+def test_a_handle_may_say_how_the_surface_is_turned(shapes, triangles):
+    k = shapes.shape[2]
+    wanted = np.stack([np.eye(k), turned(k, 0.4), np.eye(k)])
+    with make_solver(shapes, triangles, HANDLES) as solver:
+        assert solver.solve(shapes[0, HANDLES]).converged
+        plain = solver.positions()
+        solver.set_orientations(wanted, [0, np.inf, 0])
+        assert solver.solve(shapes[0, HANDLES]).converged
+        misses = np.abs(solver.rotations()[:, 0] - wanted[1]).max(axis=(1, 2))
+        assert misses.min() < 1e-5
+        assert np.abs(solver.positions() - plain).max() > 0.05
+        np.testing.assert_allclose(solver.positions()[HANDLES], shapes[0, HANDLES], atol=1e-9)
+        solver.set_orientations(wanted, np.zeros(3))
+        solver.solve(shapes[0, HANDLES])
+        np.testing.assert_array_equal(solver.positions(), plain)
+        with pytest.raises(TugError, match="row 2 is not a rotation"):
+            solver.set_orientations(2 * wanted, [0, 0, 1])
+        with pytest.raises(ValueError, match="orientations must be 3 by"):
+            solver.set_orientations(wanted[:1], np.ones(3))
+
+
+@pytest.mark.parametrize("form", [Form.NO_ROTATIONS, Form.TRUST_REGION])
+def test_a_form_that_cannot_turn_parts_has_no_orientations(shapes, triangles, form):
+    k = shapes.shape[2]
+    solver = make_solver(shapes, triangles, HANDLES, form=form)
+    with pytest.raises(TugError, match="steady"):
+        solver.set_orientations(np.stack(3 * [np.eye(k)]), np.ones(3))
+
+
 def test_a_row_may_be_any_sparse_combination(mesh, shapes):
     rows = Rows.combine([([2], [1.0]), ([30, 34], [0.5, 0.5]), ([62], [1.0])])
     targets = shapes[0, HANDLES] + 0.1 * np.arange(3)[:, None]
