@@ -26,14 +26,16 @@ class Inputs:
     """Arrays of an object whose keys and handles have been checked.
 
     shapes: #S by #V by 3 float32, Basis first. triangles: #F by 3. handles: the vertex of each;
-    free: which of them no row pins. axes: the coordinates that are solved for, two where every
-    shape lies in one plane across an axis. topology: digest of the faces.
+    free: which of them no row pins. stiffness: #F, what the energy of each triangle is multiplied
+    by. axes: the coordinates that are solved for, two where every shape lies in one plane across an
+    axis. topology: digest of the faces.
     """
 
     shapes: np.ndarray
     triangles: np.ndarray
     handles: np.ndarray
     free: np.ndarray
+    stiffness: np.ndarray
     axes: list[int]
     topology: str
 
@@ -49,7 +51,7 @@ class Inputs:
     def digest(self, weights: np.ndarray, group_count: int) -> str:
         """Of all that a model depends on."""
         return digest(
-            *(self.shapes, self.triangles, self.handles, self.free, weights),
+            *(self.shapes, self.triangles, self.handles, self.free, self.stiffness, weights),
             np.array([group_count]),
         )
 
@@ -101,12 +103,13 @@ def gather(
     vertices: Sequence[int] | None = None,
 ) -> Inputs:
     """Read and check everything but the weights. vertices: of the handles where not their own."""
-    shapes = _shapes(obj, examples)
+    shapes, triangles = _shapes(obj, examples), _triangles(obj.data)
     return Inputs(
         shapes=shapes,
-        triangles=_triangles(obj.data),
+        triangles=triangles,
         handles=_vertices(obj, handles, vertices or [handle.vertex for handle in handles]),
         free=np.array([handle.free for handle in handles]),
+        stiffness=_stiffness(obj, triangles),
         axes=_axes(shapes),
         topology=topology(obj.data),
     )
@@ -182,6 +185,21 @@ def _vertices(
     if all(handle.free for handle in handles):
         raise RigError(f'every handle of "{obj.name}" is free: none is left to pull it by')
     return np.array(list(seen), np.int32)
+
+
+def _stiffness(obj: bpy.types.Object, triangles: np.ndarray) -> np.ndarray:
+    """From 1 where the stiffness group has no weight to the maximum where it has weight 1, as for
+    cloth; a triangle has the mean of its corners."""
+    name = obj.tug.stiffness_group
+    if not name:
+        return np.ones(len(triangles))
+    if name not in obj.vertex_groups:
+        raise RigError(
+            f'"{obj.name}" has no vertex group "{name}" to take its stiffness from: choose another '
+            "in the settings of the rig or none"
+        )
+    weights = vertex_groups.read(obj, [name])[:, 0].astype(np.float64)
+    return 1 + (obj.tug.stiffness_max - 1) * weights[triangles].mean(axis=1)
 
 
 def _axes(shapes: np.ndarray) -> list[int]:

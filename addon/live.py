@@ -64,7 +64,11 @@ def make(
     groups = cluster_triangles(mesh, weights, wanted, progress=part(progress, 0.0, 0.1))
     rows, modelling = Rows.pin(given.pinned), part(progress, 0.1, 1.0)
     options = solver_options(obj)
-    with Model(mesh, given.solved_shapes, weights, rows, groups, progress=modelling) as model:
+    with Model(
+        *(mesh, given.solved_shapes, weights, rows, groups),
+        stiffness=given.stiffness,
+        progress=modelling,
+    ) as model:
         return Live(
             solver=Solver(model, **options),
             content=given.digest(stored, wanted),

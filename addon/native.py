@@ -277,11 +277,12 @@ FUNCTIONS: dict[str, tuple] = {
     # tug_status tug_create_model(const tug_mesh *mesh, const double *shapes, int32_t shape_count,
     #                             const double *weights, int32_t weight_count,
     #                             const tug_rows *rows, const int32_t *groups,
-    #                             int32_t group_count, tug_progress progress, void *user,
-    #                             tug_model **out);
+    #                             int32_t group_count, const double *stiffness,
+    #                             tug_progress progress, void *user, tug_model **out);
     "tug_create_model": (
         *(Status, POINTER(tug_mesh), Stack, c_int32, Matrix, c_int32, POINTER(tug_rows)),
-        *(Indices, c_int32, tug_progress, c_void_p, POINTER(POINTER(tug_model))),
+        *(Indices, c_int32, POINTER(c_double)),
+        *(tug_progress, c_void_p, POINTER(POINTER(tug_model))),
     ),
     # void tug_destroy_model(tug_model *model);
     "tug_destroy_model": (None, POINTER(tug_model)),

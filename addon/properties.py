@@ -131,6 +131,23 @@ class TUG_PG_rig(bpy.types.PropertyGroup):
         options=set(),
     )
 
+    stiffness_group: StringProperty(
+        name="Stiffness Group",
+        description="Vertex group whose weights say where the mesh resists being deformed",
+        update=_changed,
+        options=set(),
+    )
+    stiffness_max: FloatProperty(
+        name="Max Stiffness",
+        description="How many times stiffer the mesh is where the weight is one than where it is "
+        "zero",
+        default=10.0,
+        min=1.0,
+        soft_max=100.0,
+        update=_changed,
+        options=set(),
+    )
+
     # What the rig was bound to. The model itself is not saved: it is made again from the vertex
     # groups, the shape keys and this.
     bound: BoolProperty(name="Bound", options={"HIDDEN"})

@@ -225,6 +225,7 @@ class Model(_Owner):
 
     shapes: #S by #V by k, the rest shape first. weights: #V by #W, whose span holds the constant.
     groups: #F, as from cluster_triangles. A weight function that no row pins is a free handle.
+    stiffness: #F factors of the triangles' energies, or None for one: stiff regions deform less.
     O(#V (#W #S k)^2). The mesh may be closed afterwards.
     """
 
@@ -236,6 +237,7 @@ class Model(_Owner):
         rows: Rows,
         groups: np.ndarray,
         *,
+        stiffness: np.ndarray | None = None,
         progress: Progress | None = None,
     ) -> None:
         shapes = _shapes(mesh, shapes)
@@ -243,12 +245,15 @@ class Model(_Owner):
         groups = np.ascontiguousarray(groups, np.int32)
         if groups.shape != (mesh.triangle_count,):
             raise ValueError(f"groups must be #F = {mesh.triangle_count} numbers")
+        if stiffness is not None:
+            stiffness = _fitting("stiffness", stiffness, mesh.triangle_count)
+        factors = None if stiffness is None else stiffness.ctypes.data_as(POINTER(ctypes.c_double))
         out = POINTER(native.tug_model)()
         with native.reporting(progress) as callback:
             native.library().tug_create_model(
                 *(mesh._pointer, shapes, len(shapes), weights, weights.shape[1]),
                 *(byref(_native_rows(rows)), groups, int(groups.max(initial=-1)) + 1),
-                *(callback, None, byref(out)),
+                *(factors, callback, None, byref(out)),
             )
         super().__init__(_Memory(out, native.library().tug_destroy_model))
 
@@ -493,19 +498,24 @@ def make_solver(
     handles: Sequence[int],
     *,
     free: Sequence[int] = (),
+    stiffness: np.ndarray | None = None,
     progress: Progress | None = None,
     **options: float,
 ) -> Solver:
     """From shapes (#S by #V by k, the rest shape first), triangles and handle vertices to a Solver.
 
     Each handle has one weight function and each that is not in `free` (numbers of handles) one row,
-    in order; there are twice as many groups as handles. Options are those of Solver. Seconds.
+    in order; there are twice as many groups as handles. stiffness is that of Model, options are
+    those of Solver. Seconds.
     """
     pinned = [vertex for number, vertex in enumerate(handles) if number not in set(free)]
     with Mesh(shapes[0], triangles) as mesh:
         weights, _ = compute_weights(mesh, [[vertex] for vertex in handles], progress=progress)
         groups = cluster_triangles(mesh, weights, 2 * len(handles), progress=progress)
-        with Model(mesh, shapes, weights, Rows.pin(pinned), groups, progress=progress) as model:
+        rows = Rows.pin(pinned)
+        with Model(
+            mesh, shapes, weights, rows, groups, stiffness=stiffness, progress=progress
+        ) as model:
             return Solver(model, **options)
 
 

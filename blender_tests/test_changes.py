@@ -2,6 +2,7 @@
 """Rigs that change after the bind, are copied, saved, undone."""
 
 import threading
+from itertools import pairwise
 
 import bmesh
 import bpy
@@ -21,7 +22,7 @@ from support import (
     tube,
 )
 
-from addon import live, rig, vertex_groups
+from addon import inputs, live, rig, vertex_groups
 from addon.inputs import RigError
 
 
@@ -90,6 +91,50 @@ def test_a_setting_applies_without_a_bind(setting, value):
     before = solved(obj)
     setattr(obj.tug, setting, value)
     assert np.abs(solved(obj) - before).max() > 1e-3
+
+
+def add_stiffness(obj):
+    """The lower half of the tube in a group of its own."""
+    group = obj.vertex_groups.new(name="Bone")
+    group.add(range(len(obj.data.vertices) // 2), 1.0, "REPLACE")
+    obj.tug.stiffness_group = "Bone"
+    return group
+
+
+def test_stiffness_is_read_from_its_group():
+    obj = add_rig()
+    assert set(inputs.gather(obj, ["Basis"], obj.tug.handles).stiffness) == {1}
+    add_stiffness(obj)
+    obj.tug.stiffness_max = 5
+    stiffness = inputs.gather(obj, ["Basis"], obj.tug.handles).stiffness
+    # Between the halves a triangle has one or two corners in the group.
+    assert sorted(set(stiffness.round(6))) == [1, 2.333333, 3.666667, 5]
+
+
+def test_stiffness_applies_without_a_bind():
+    obj = bound_rig()
+    pull_between(obj)
+    poses = [solved(obj)]
+    group = add_stiffness(obj)
+    poses.append(solved(obj))
+    obj.tug.stiffness_max = 50
+    poses.append(solved(obj))
+    group.add(range(len(obj.data.vertices)), 0.5, "REPLACE")
+    live.touch(obj)
+    poses.append(solved(obj))
+    for before, after in pairwise(poses):
+        assert np.abs(after - before).max() > 1e-4
+
+
+def test_a_stiffness_group_that_is_gone_is_named():
+    obj = bound_rig()
+    obj.vertex_groups.remove(add_stiffness(obj))
+    with pytest.raises(RigError, match='no vertex group "Bone" to take its stiffness from'):
+        rig.solve(obj, depsgraph())
+    with pytest.raises(RigError, match='no vertex group "Bone"'):
+        rig.bind(obj)
+    obj.tug.stiffness_group = ""
+    rig.solve(obj, depsgraph())
 
 
 def test_a_sculpted_example_changes_the_pose():

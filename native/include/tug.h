@@ -268,14 +268,16 @@ typedef struct tug_model_sizes {
 
 /* shapes: #S by #V by k; shape 0 is the rest shape and need not equal the mesh's vertices.
  * weights: #V by #W, any functions whose span holds the constant. groups: #F, as from
- * tug_cluster_triangles. A weight function needs no row of its own: a free handle is a column of
- * the weights that no row pins. Fails with TUG_ERROR_HANDLES where the rows depend on each other.
- * O(#V (#W #S k)^2) time; memory beside the model itself does not grow with #V. */
+ * tug_cluster_triangles. stiffness: #F, above zero, or NULL for one everywhere: a triangle's energy
+ * is multiplied by it, so that stiff regions deform less than the others. A weight function needs
+ * no row of its own: a free handle is a column of the weights that no row pins. Fails with
+ * TUG_ERROR_HANDLES where the rows depend on each other. O(#V (#W #S k)^2) time; memory beside the
+ * model itself does not grow with #V. */
 TUG_API tug_status tug_create_model(const tug_mesh *mesh, const double *shapes, int32_t shape_count,
                                     const double *weights, int32_t weight_count,
                                     const tug_rows *rows, const int32_t *groups,
-                                    int32_t group_count, tug_progress progress, void *user,
-                                    tug_model **out);
+                                    int32_t group_count, const double *stiffness,
+                                    tug_progress progress, void *user, tug_model **out);
 
 /* No solver on it may be alive. NULL is allowed. */
 TUG_API void tug_destroy_model(tug_model *model);

@@ -361,10 +361,20 @@ static tug_status check_values(const tug_mesh *mesh, const double *shapes, int32
     return TUG_OK;
 }
 
+static tug_status check_stiffness(const double *stiffness, int32_t triangle_count)
+{
+    for (int32_t t = 0; t < triangle_count; t++) {
+        REQUIRE(stiffness[t] > 0.0 && isfinite(stiffness[t]),
+                "tug_create_model: the stiffness of triangle %d is %g: it must be above zero", t,
+                stiffness[t]);
+    }
+    return TUG_OK;
+}
+
 tug_status tug_create_model(const tug_mesh *mesh, const double *shapes, int32_t shape_count,
                             const double *weights, int32_t weight_count, const tug_rows *rows,
-                            const int32_t *groups, int32_t group_count, tug_progress progress,
-                            void *user, tug_model **out)
+                            const int32_t *groups, int32_t group_count, const double *stiffness,
+                            tug_progress progress, void *user, tug_model **out)
 {
     REQUIRE_POINTER("tug_create_model", out);
     *out = NULL;
@@ -383,12 +393,15 @@ tug_status tug_create_model(const tug_mesh *mesh, const double *shapes, int32_t 
     if (status == TUG_OK) {
         status = check_values(mesh, shapes, shape_count, weights, weight_count);
     }
+    if (status == TUG_OK && stiffness != NULL) {
+        status = check_stiffness(stiffness, mesh->triangle_count);
+    }
     if (status != TUG_OK) {
         return status;
     }
     progress_range range = whole_range(progress, user);
     return model_create(mesh, shapes, shape_count, weights, weight_count, rows, groups, group_count,
-                        &range, out);
+                        stiffness, &range, out);
 }
 
 void tug_destroy_model(tug_model *model)

@@ -11,6 +11,7 @@ enum { BLOCK_ROWS = 256 }; /* of L_g D held at a time: enough for full speed of 
 struct energy_workspace {
     const tug_mesh *mesh;
     const dictionary *D;
+    const double *stiffness;  /* #F or NULL */
     int32_t *group_starts;    /* #G + 1 into group_triangles */
     int32_t *group_triangles; /* #F */
     int32_t *local;           /* #V: number of the vertex in the present group, or -1 */
@@ -74,7 +75,8 @@ static void sort_triangles(energy_workspace *w, const int32_t *groups, int32_t g
 }
 
 tug_status energy_workspace_create(const tug_mesh *mesh, const dictionary *D, const int32_t *groups,
-                                   int32_t group_count, energy_workspace **out)
+                                   int32_t group_count, const double *stiffness,
+                                   energy_workspace **out)
 {
     energy_workspace *w = allocate(1, sizeof *w);
     if (w == NULL) {
@@ -82,6 +84,7 @@ tug_status energy_workspace_create(const tug_mesh *mesh, const dictionary *D, co
     }
     w->mesh = mesh;
     w->D = D;
+    w->stiffness = stiffness;
     if (!allocate_workspace(w, group_count)) {
         energy_workspace_destroy(w);
         return fail_memory();
@@ -140,9 +143,10 @@ static void make_rows(energy_workspace *w, int32_t i, int32_t row)
     double own = 0.0;
     for (int32_t e = w->corner_starts[i]; e < w->corner_starts[i + 1]; e++) {
         int32_t t = w->corners[e] / 3, c = w->corners[e] % 3;
+        double stiffness = w->stiffness != NULL ? w->stiffness[t] : 1.0;
         for (int32_t step = 1; step <= 2; step++) {
             int32_t other = w->mesh->triangles[3 * t + (c + step) % 3];
-            double weight = w->mesh->half_cotangent[3 * t + (c + 3 - step) % 3];
+            double weight = stiffness * w->mesh->half_cotangent[3 * t + (c + 3 - step) % 3];
             add_dictionary_row(w->D, other, -weight, LD);
             add_shape_row(w->D, other, -weight, LP);
             own += weight;

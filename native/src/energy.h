@@ -19,8 +19,10 @@ typedef struct group_energy {
 /* Room to work in for the groups of one mesh, one after the other. */
 typedef struct energy_workspace energy_workspace;
 
+/* stiffness: #F, what each triangle's energy is multiplied by, or NULL for one. */
 tug_status energy_workspace_create(const tug_mesh *mesh, const dictionary *D, const int32_t *groups,
-                                   int32_t group_count, energy_workspace **out);
+                                   int32_t group_count, const double *stiffness,
+                                   energy_workspace **out);
 void energy_workspace_destroy(energy_workspace *workspace);
 
 /* Overwrite `energy` with the constants of one group. O(vertices of the group times b^2). */

@@ -49,8 +49,8 @@ struct tug_model {
 
 tug_status model_create(const tug_mesh *mesh, const double *shapes, int32_t shape_count,
                         const double *weights, int32_t weight_count, const tug_rows *rows,
-                        const int32_t *groups, int32_t group_count, const progress_range *range,
-                        tug_model **out);
+                        const int32_t *groups, int32_t group_count, const double *stiffness,
+                        const progress_range *range, tug_model **out);
 void model_destroy(tug_model *model);
 
 /* The group that a row says most about. */

@@ -394,12 +394,12 @@ static tug_status require_finite(const tug_model *model)
 }
 
 static tug_status build_model(build *w, const tug_mesh *mesh, const int32_t *groups,
-                              const progress_range *range)
+                              const double *stiffness, const progress_range *range)
 {
     tug_model *model = w->model;
     find_middles(&model->dictionary, mesh->mass, model->middles);
     tug_status status = energy_workspace_create(mesh, &model->dictionary, groups,
-                                                model->header.groups, &w->energies);
+                                                model->header.groups, stiffness, &w->energies);
     if (status == TUG_OK) {
         status = find_constant(model);
     }
@@ -417,8 +417,8 @@ static tug_status build_model(build *w, const tug_mesh *mesh, const int32_t *gro
 
 tug_status model_create(const tug_mesh *mesh, const double *shapes, int32_t shape_count,
                         const double *weights, int32_t weight_count, const tug_rows *rows,
-                        const int32_t *groups, int32_t group_count, const progress_range *range,
-                        tug_model **out)
+                        const int32_t *groups, int32_t group_count, const double *stiffness,
+                        const progress_range *range, tug_model **out)
 {
     tug_status status = require_sound_mesh(mesh);
     if (status != TUG_OK) {
@@ -445,7 +445,7 @@ tug_status model_create(const tug_mesh *mesh, const double *shapes, int32_t shap
     }
     store_shape_columns(&w.model->dictionary, shapes, header.unit, w.model->shape_columns, NULL);
     store_weight_columns(&w.model->dictionary, weights, w.model->weight_columns);
-    status = allocate_build(&w) ? build_model(&w, mesh, groups, range) : fail_memory();
+    status = allocate_build(&w) ? build_model(&w, mesh, groups, stiffness, range) : fail_memory();
     free_build(&w);
     if (status != TUG_OK) {
         model_destroy(w.model);

@@ -84,6 +84,7 @@ static void add_triangle(fixture *f, int32_t a, int32_t b, int32_t c, double t)
 {
     int32_t *triangle = f->triangle + (size_t)(3 * f->triangles);
     triangle[0] = a, triangle[1] = b, triangle[2] = c;
+    f->stiffness[f->triangles] = 1.0;
     f->group[f->triangles++] = (int32_t)(t * 0.999999 * f->groups);
 }
 
@@ -197,6 +198,13 @@ void rescale(fixture *f, double factor, double offset)
     }
 }
 
+void vary_stiffness(fixture *f, uint64_t *state)
+{
+    for (int32_t t = 0; t < f->triangles; t++) {
+        f->stiffness[t] = pow(10.0, random_between(state, -1.0, 1.0));
+    }
+}
+
 const double *shape_of(const fixture *f, int32_t s)
 {
     return f->shape + (size_t)(s * coordinate_count(f));
@@ -244,7 +252,7 @@ tug_model *make_model(const fixture *f)
     tug_mesh *mesh = make_mesh(f);
     tug_model *model;
     tug_create_model(mesh, f->shape, f->shapes, f->weight, f->weights, &rows, f->group, f->groups,
-                     NULL, NULL, &model);
+                     f->stiffness, NULL, NULL, &model);
     tug_destroy_mesh(mesh);
     return model;
 }
@@ -286,7 +294,7 @@ double dictionary_column(const fixture *f, int32_t column, int32_t vertex)
                  : weight * shape_of(f, c / f->dimension)[vertex * f->dimension + c % f->dimension];
 }
 
-double half_cotangent(const fixture *f, int32_t corner)
+double edge_weight(const fixture *f, int32_t corner)
 {
     int32_t k = f->dimension;
     const int32_t *triangle = f->triangle + (size_t)(corner / 3 * 3);
@@ -298,7 +306,7 @@ double half_cotangent(const fixture *f, int32_t corner)
         double u = left[a] - at[a], v = right[a] - at[a];
         uu += u * u, uv += u * v, vv += v * v;
     }
-    return 0.5 * uv / sqrt(uu * vv - uv * uv);
+    return 0.5 * f->stiffness[corner / 3] * uv / sqrt(uu * vv - uv * uv);
 }
 
 void find_moments(const fixture *f, int32_t s, const double *positions, double *M)
@@ -309,7 +317,7 @@ void find_moments(const fixture *f, int32_t s, const double *positions, double *
     for (int32_t i = 0; i < 3 * f->triangles; i++) {
         int32_t from = f->triangle[i / 3 * 3 + (i + 1) % 3],
                 to = f->triangle[i / 3 * 3 + (i + 2) % 3];
-        double weight = half_cotangent(f, i);
+        double weight = edge_weight(f, i);
         for (int32_t e = 0; e < kk; e++) {
             M[f->group[i / 3] * kk + e] +=
                 weight * (p[to * k + e / k] - p[from * k + e / k]) *
@@ -346,8 +354,8 @@ void measure_groups(const fixture *f, const double *positions, const double *ble
     for (int32_t i = 0; i < 3 * f->triangles; i++) {
         const int32_t *triangle = f->triangle + (size_t)(i / 3 * 3);
         energies[f->group[i / 3]] +=
-            half_cotangent(f, i) * edge_misfit(f, f->group[i / 3], triangle[(i + 1) % 3],
-                                               triangle[(i + 2) % 3], positions, blend, rotations);
+            edge_weight(f, i) * edge_misfit(f, f->group[i / 3], triangle[(i + 1) % 3],
+                                            triangle[(i + 2) % 3], positions, blend, rotations);
     }
 }
 

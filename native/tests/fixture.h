@@ -23,6 +23,7 @@ typedef struct fixture {
     double weight[MAX_WEIGHTS * MAX_VERTICES];  /* #V by #W */
     int32_t triangle[3 * MAX_TRIANGLES];        /* #F by 3 */
     int32_t group[MAX_TRIANGLES];               /* #F */
+    double stiffness[MAX_TRIANGLES];            /* #F, all one at first */
     int32_t row_starts[MAX_WEIGHTS + 1];
     int32_t row_vertices[3 * MAX_WEIGHTS];
     double row_values[3 * MAX_WEIGHTS];
@@ -43,6 +44,9 @@ void free_last_handle(fixture *f);
 /* Weights that overlap more: their square roots, divided by their sum. Columns of the dictionary
  * then nearly depend on each other. */
 void broaden_weights(fixture *f);
+
+/* Triangles of stiffness 0.1 to 10. */
+void vary_stiffness(fixture *f, uint64_t *state);
 
 /* One more shape, a copy of shape s. */
 void duplicate_shape(fixture *f, int32_t s);
@@ -72,9 +76,9 @@ void mix_targets(const fixture *f, uint64_t *state, double noise, double *target
  */
 double dictionary_column(const fixture *f, int32_t column, int32_t vertex);
 
-/* Half the cotangent of the rest shape's angle at corner i % 3 of triangle i / 3: the weight of the
- * edge opposite of it. */
-double half_cotangent(const fixture *f, int32_t corner);
+/* Half the cotangent of the rest shape's angle at corner i % 3 of triangle i / 3, times the
+ * triangle's stiffness: the weight of the edge opposite of it. */
+double edge_weight(const fixture *f, int32_t corner);
 
 /* M_g = sum of half cotangents times p_e q_e^T, from the edges of shape s to those of a pose: #G by
  * k by k. */

@@ -391,7 +391,7 @@ static void fit_groups(const bench *b, const feature_set *features, const double
         take_edge(b, M, i, wanted, edge);
         for (int32_t e = 0; e < kk; e++) {
             moments[b->f.group[i / 3] * kk + e] +=
-                half_cotangent(&b->f, i) * wanted[e / k] * edge[e % k];
+                edge_weight(&b->f, i) * wanted[e / k] * edge[e % k];
         }
     }
     for (int32_t g = 0; g < b->f.groups; g++) {
@@ -413,7 +413,7 @@ static double measure_features(const bench *b, const feature_set *features, cons
         take_edge(b, M, i, wanted, edge);
         move_points(k, R + b->f.group[i / 3] * kk, none, 1, wanted);
         for (int32_t a = 0; a < k; a++) {
-            sum += 0.5 * half_cotangent(&b->f, i) * (edge[a] - wanted[a]) * (edge[a] - wanted[a]);
+            sum += 0.5 * edge_weight(&b->f, i) * (edge[a] - wanted[a]) * (edge[a] - wanted[a]);
         }
     }
     return sum;

@@ -29,7 +29,7 @@ static void find_single_pose(const fixture *f, int32_t s, const double *R, const
     for (int32_t i = 0; i < 3 * f->triangles; i++) {
         int32_t from = f->triangle[i / 3 * 3 + (i + 1) % 3],
                 to = f->triangle[i / 3 * 3 + (i + 2) % 3];
-        double weight = half_cotangent(f, i), edge[3], none[3] = {0};
+        double weight = edge_weight(f, i), edge[3], none[3] = {0};
         for (int32_t a = 0; a < k; a++) {
             edge[a] = shape_of(f, s)[to * k + a] - shape_of(f, s)[from * k + a];
         }

@@ -94,6 +94,85 @@ static void examples_come_back_from_poor_dictionaries(void)
     }
 }
 
+static void examples_come_back_whatever_the_stiffness(void)
+{
+    uint64_t random = 21;
+    for (int i = 0; i < FORM_COUNT * 3; i++) {
+        bench b;
+        make_numbered(&b.f, i % 3);
+        vary_stiffness(&b.f, &random);
+        prepare(&b, FORMS[i / 3]);
+        for (int32_t s = 0; s < b.f.shapes; s++) {
+            apply_rows(&b.f, shape_of(&b.f, s), b.targets);
+            CHECK(solve(&b));
+            CHECK(is_sound(&b) && b.info.converged);
+            CHECK(pose_distance(&b.f, b.positions, shape_of(&b.f, s)) <= 1e-6);
+        }
+        clear(&b);
+    }
+}
+
+/* Energy per area of the rest shape in the first half of the groups, over that in the others. */
+static double softness_ratio(const bench *b)
+{
+    double energies[MAX_GROUPS], first = 0.0, second = 0.0;
+    fixture plain = b->f;
+    for (int32_t t = 0; t < plain.triangles; t++) {
+        plain.stiffness[t] = 1.0;
+    }
+    measure_groups(&plain, b->positions, b->blend, b->rotations, energies);
+    for (int32_t g = 0; g < plain.groups; g++) {
+        *(2 * g < plain.groups ? &first : &second) += energies[g];
+    }
+    return first / second;
+}
+
+static void stiff_regions_deform_less(void)
+{
+    for (int i = 0; i < 3; i++) {
+        bench b, stiff;
+        make_numbered(&b.f, i);
+        b.f.shapes = 1;
+        stiff.f = b.f;
+        for (int32_t t = 0; t < b.f.triangles; t++) {
+            stiff.f.stiffness[t] = 2 * b.f.group[t] < b.f.groups ? 20.0 : 1.0;
+        }
+        prepare(&b, TUG_FORM_STEADY);
+        prepare(&stiff, TUG_FORM_STEADY);
+        apply_rows(&b.f, b.f.shape, b.targets);
+        b.targets[b.f.rows * b.f.dimension - 1] += 0.3 * diagonal_of(&b.f);
+        memcpy(stiff.targets, b.targets, sizeof b.targets);
+        CHECK(solve(&b) && solve(&stiff));
+        CHECK(constraint_error(&stiff) <= 1e-10);
+        CHECK(softness_ratio(&stiff) < 0.5 * softness_ratio(&b));
+        clear(&b);
+        clear(&stiff);
+    }
+}
+
+/* Twice as stiff everywhere is the same pose at twice the energy. */
+static void even_stiffness_moves_nothing(void)
+{
+    uint64_t random = 22;
+    for (int i = 0; i < FORM_COUNT * 3; i++) {
+        bench b, stiff;
+        make_numbered(&b.f, i % 3);
+        stiff.f = b.f;
+        for (int32_t t = 0; t < b.f.triangles; t++) {
+            stiff.f.stiffness[t] = 2.0;
+        }
+        prepare(&b, FORMS[i / 3]);
+        prepare(&stiff, FORMS[i / 3]);
+        mix_targets(&b.f, &random, 0.03, b.targets);
+        memcpy(stiff.targets, b.targets, sizeof b.targets);
+        CHECK(solve(&b) && solve(&stiff));
+        CHECK(pose_distance(&b.f, b.positions, stiff.positions) <= 1e-6);
+        CHECK_NEAR(stiff.info.energy / b.info.energy, 2.0, 1e-5);
+        clear(&b);
+        clear(&stiff);
+    }
+}
+
 static void handles_are_hit(void)
 {
     uint64_t random = 1;
@@ -313,6 +392,9 @@ int main(int argc, char **argv)
     RUN(turned_examples_come_back);
     RUN(broad_weights_keep_the_promises);
     RUN(examples_come_back_from_poor_dictionaries);
+    RUN(examples_come_back_whatever_the_stiffness);
+    RUN(stiff_regions_deform_less);
+    RUN(even_stiffness_moves_nothing);
     RUN(handles_are_hit);
     RUN(rigid_motions_carry_over);
     RUN(translations_carry_over_without_rotations);

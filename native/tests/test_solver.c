@@ -12,6 +12,9 @@ static void energy_is_that_of_the_pose(void)
     for (int i = 0; i < 3 * SETTING_COUNT; i++) {
         bench b;
         make_numbered(&b.f, i / SETTING_COUNT);
+        if (i % 2) {
+            vary_stiffness(&b.f, &random);
+        }
         prepare(&b, 0);
         choose_settings(&b, i);
         for (int trial = 0; trial < 5; trial++) {

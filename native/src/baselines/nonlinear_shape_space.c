@@ -127,7 +127,7 @@ static tug_status find_stiffness(const tug_mesh *mesh, const dictionary *D, doub
     energy_workspace *workspace = NULL;
     tug_status status = one_group && energy.K && energy.H ? TUG_OK : fail_memory();
     if (status == TUG_OK) {
-        status = energy_workspace_create(mesh, D, one_group, 1, &workspace);
+        status = energy_workspace_create(mesh, D, one_group, 1, NULL, &workspace);
     }
     if (status == TUG_OK) {
         find_group_energy(workspace, 0, &energy);

@@ -212,6 +212,31 @@ def test_a_form_that_cannot_turn_parts_has_no_orientations(shapes, triangles, fo
         solver.set_orientations(np.stack(3 * [np.eye(k)]), np.ones(3))
 
 
+def test_stiff_triangles_deform_less(triangles):
+    vertices, _ = strip()
+    middle = vertices[triangles].mean(axis=1)[:, 0]
+    targets = vertices[HANDLES]
+    targets[1] += [0.0, 3.0]
+    stretches = []
+    for stiffness in (None, np.where(middle < LENGTH / 2, 50.0, 1.0)):
+        with make_solver(vertices[None], triangles, HANDLES, stiffness=stiffness) as solver:
+            solver.solve(targets)
+            edges = solver.positions()[triangles] - solver.positions()[np.roll(triangles, 1, 1)]
+        rest = vertices[triangles] - vertices[np.roll(triangles, 1, 1)]
+        change = np.linalg.norm(edges, axis=2) / np.linalg.norm(rest, axis=2) - 1
+        stretches.append((change**2).mean(axis=1)[middle < LENGTH / 2].mean())
+    assert stretches[1] < 0.7 * stretches[0]
+
+
+def test_stiffness_that_cannot_be_is_refused(mesh, shapes):
+    stiffness = np.ones(mesh.triangle_count)
+    stiffness[3] = 0
+    with pytest.raises(TugError, match="triangle 3 is 0"):
+        make_model(mesh, shapes, stiffness=stiffness)
+    with pytest.raises(ValueError, match=f"stiffness must be {mesh.triangle_count}"):
+        make_model(mesh, shapes, stiffness=stiffness[1:])
+
+
 def test_a_row_may_be_any_sparse_combination(mesh, shapes):
     rows = Rows.combine([([2], [1.0]), ([30, 34], [0.5, 0.5]), ([62], [1.0])])
     targets = shapes[0, HANDLES] + 0.1 * np.arange(3)[:, None]
