@@ -9,13 +9,16 @@ from __future__ import annotations
 
 import errno
 import importlib.util
+import math
 import os
 import sys
+from collections import deque
 from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
 import bpy
+import numpy as np
 
 
 def _package() -> str:
@@ -39,6 +42,8 @@ else:
     from . import handlers, live, mesh_cache, pc2, rig, shape_keys
     from .inputs import RigError
     from .native import Progress
+    from .smoothing import Solution, average
+    from .smoothing import reach as smoothing_reach
 
 NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
@@ -49,9 +54,11 @@ def bake(
     last: int,
     path: str | Path,
     progress: Progress | None = None,
+    *,
+    smoothing: float = 0.0,
 ) -> Path:
     """Bake frames first to last of one rig; see `bake_rigs`."""
-    return bake_rigs({obj: path}, first, last, progress)[0]
+    return bake_rigs({obj: path}, first, last, progress, smoothing=smoothing)[0]
 
 
 def bake_rigs(
@@ -59,13 +66,21 @@ def bake_rigs(
     first: int,
     last: int,
     progress: Progress | None = None,
+    *,
+    smoothing: float = 0.0,
 ) -> list[Path]:
     """Bake frames first to last, both included, of each rig to its PC2 file.
 
     A file holds what the rig shows, keys that add on top included, and appears whole or not at all.
     A modifier is then set up to show frame f of it at frame f. Paths may start with // for the
     folder of the .blend file. An exception that `progress` raises cancels the bake.
+
+    smoothing: 0, or the standard deviation, in frames, of the Gaussian that blends and rotations
+    are averaged with over time. Handles are met as exactly as without. Each frame is solved on its
+    own, those around the range too, so that pieces of a range still agree with the whole.
     """
+    if not 0 <= smoothing < math.inf:
+        raise RigError(f"the smoothing is {smoothing:g} frames: it must be 0 or more")
     if last < first:
         raise RigError(f"there is nothing to bake from frame {first} to {last}")
     files = {obj: _absolute(path) for obj, path in paths.items()}
@@ -74,41 +89,61 @@ def bake_rigs(
     for obj in files:
         live.touch(obj)
         live.current(obj, bpy.context.scene)
-    _write_files(files, first, last, progress)
+    _write_files(files, range(first, last + 1), smoothing, progress)
     for obj, path in files.items():
         mesh_cache.set_up(obj, path, first)
     return list(files.values())
 
 
 def _write_files(
-    files: Mapping[bpy.types.Object, Path], first: int, last: int, progress: Progress | None
+    files: Mapping[bpy.types.Object, Path],
+    frames: range,
+    smoothing: float,
+    progress: Progress | None,
 ) -> None:
-    count = last - first + 1
+    count, reach = len(frames), smoothing_reach(smoothing)
+    visited = range(frames.start - reach, frames.stop + reach)
     scene = bpy.context.scene
     before, subframe = scene.frame_current, scene.frame_subframe
     try:
         with ExitStack() as stack, handlers.paused():
-            writers = {}
+            films = []
             for obj, path in files.items():
                 path.parent.mkdir(parents=True, exist_ok=True)
-                writer = pc2.Writer(path, len(obj.data.vertices), first, count)
-                writers[obj] = stack.enter_context(writer)
-            for number in range(count):
-                _write_frame(writers, first + number)
+                writer = pc2.Writer(path, len(obj.data.vertices), frames.start, count)
+                films.append(_Film(obj, stack.enter_context(writer), smoothing))
+            for number, frame in enumerate(visited, 1):
+                scene.frame_set(frame)
+                for film in films:
+                    film.visit(bpy.context.evaluated_depsgraph_get())
                 if progress:
-                    progress(f"frame {first + number}", (number + 1) / count)
+                    progress(f"frame {frame}", number / len(visited))
     except OSError as error:
         raise RigError(_explain(error, files, count)) from error
     finally:
         scene.frame_set(before, subframe=subframe)
 
 
-def _write_frame(writers: Mapping[bpy.types.Object, pc2.Writer], frame: int) -> None:
-    bpy.context.scene.frame_set(frame)
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    for obj, writer in writers.items():
-        positions = rig.positions(obj, depsgraph)
-        writer.write(positions + shape_keys.added_on_top(obj, obj.tug.result))
+class _Film:
+    """One rig's frames: each is written when those that it is averaged with have been visited."""
+
+    def __init__(self, obj: bpy.types.Object, writer: pc2.Writer, smoothing: float) -> None:
+        self.obj, self.writer, self.smoothing = obj, writer, smoothing
+        self.reach = smoothing_reach(smoothing)
+        # The last 2 reach + 1 frames: solutions, and what is added on top of them.
+        self.window: deque[tuple[Solution, np.ndarray]] = deque(maxlen=2 * self.reach + 1)
+
+    def visit(self, depsgraph: bpy.types.Depsgraph) -> None:
+        """The next frame, which the scene is at."""
+        on_top = shape_keys.added_on_top(self.obj, self.obj.tug.result)
+        if not self.reach:
+            self.writer.write(rig.positions(self.obj, depsgraph) + on_top)
+            return
+        self.window.append((rig.solution(self.obj, depsgraph), on_top))
+        if len(self.window) == self.window.maxlen:
+            mean = average([solution for solution, _ in self.window], self.smoothing)
+            positions = rig.shown(self.obj, depsgraph, mean)
+            self.writer.write(positions + self.window[self.reach][1])
 
 
 def _absolute(path: str | Path) -> Path:

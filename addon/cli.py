@@ -72,6 +72,12 @@ def _parser() -> argparse.ArgumentParser:
         "--object", action="append", help="name of a rig, again for more; default: all of the scene"
     )
     parser.add_argument(
+        "--smoothing",
+        type=float,
+        default=0.0,
+        help="frames over which blends and rotations are averaged (standard deviation); default: 0",
+    )
+    parser.add_argument(
         "--save", action="store_true", help="save the scene, in which modifiers now show the bake"
     )
     return parser
@@ -108,7 +114,7 @@ def _bake(options: argparse.Namespace, check_cancelled: Callable[[], None]) -> N
         bar(stage, fraction)
 
     try:
-        files = bake.bake_rigs(paths, first, last, progress)
+        files = bake.bake_rigs(paths, first, last, progress, smoothing=options.smoothing)
     finally:
         bar.close()
     if options.save:

@@ -19,6 +19,7 @@ import numpy as np
 from . import inputs
 from .inputs import Inputs, RigError
 from .native import Progress, TugError
+from .smoothing import Solution
 from .solver import Form, Mesh, Model, Rows, SolveInfo, Solver, cluster_triangles
 
 
@@ -35,6 +36,21 @@ class Live:
     groups: int
     touched: bool = False
     lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def solution(self, targets: np.ndarray) -> Solution:
+        """What a solve finds for #H by 3 targets in object space, to be averaged and shown."""
+        targets = targets[:, self.axes]
+        with self.lock:
+            self.solver.solve(targets)
+            return Solution(targets, self.solver.blend(), self.solver.rotations())
+
+    def shown(self, solution: Solution) -> np.ndarray:
+        """#V by 3 positions of a solution, in object space."""
+        positions = self.rest.copy()
+        with self.lock:
+            self.solver.pose(solution.targets, solution.blend, solution.rotations)
+            positions[:, self.axes] = self.solver.positions()
+        return positions
 
     def pose(self, targets: np.ndarray) -> tuple[np.ndarray, SolveInfo]:
         """#V by 3 positions for #H by 3 targets, in object space."""

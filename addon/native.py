@@ -311,6 +311,9 @@ FUNCTIONS: dict[str, tuple] = {
     "tug_set_orientations": (Status, POINTER(tug_solver), Stack, Vector),
     # tug_status tug_solve(tug_solver *solver, const double *targets, tug_solve_info *info);
     "tug_solve": (Status, POINTER(tug_solver), Matrix, POINTER(tug_solve_info)),
+    # tug_status tug_pose(tug_solver *solver, const double *targets, const double *blend,
+    #                     const double *rotations);
+    "tug_pose": (Status, POINTER(tug_solver), Matrix, Matrix, Rotations),
     # tug_status tug_get_positions(const tug_solver *solver, double *positions);
     "tug_get_positions": (Status, POINTER(tug_solver), Matrix),
     # tug_status tug_get_blend(const tug_solver *solver, double *blend);

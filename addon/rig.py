@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import bpy
@@ -14,6 +15,7 @@ import numpy as np
 from . import inputs, live, shape_keys, vertex_groups
 from .inputs import Inputs, RigError
 from .native import Progress, TugError
+from .smoothing import Solution
 from .solver import Mesh, SolveInfo, compute_weights
 
 HANDLE_SIZE = 0.03  # of an empty, relative to the diagonal of the mesh
@@ -123,6 +125,20 @@ def positions(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> np.ndarr
     return _pose(obj, depsgraph)[0]
 
 
+def solution(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Solution:
+    """What a solve finds for the handles as `depsgraph` has them. Writes nothing."""
+    current = live.current(obj, depsgraph.scene)
+    with _explaining(obj):
+        return current.solution(_targets(obj, obj.tug.handles, depsgraph))
+
+
+def shown(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, given: Solution) -> np.ndarray:
+    """#V by 3 positions of a solution, in object space. Writes nothing."""
+    current = live.current(obj, depsgraph.scene)
+    with _explaining(obj):
+        return current.shown(given)
+
+
 def solve(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> SolveInfo:
     """Write the pose for the handles as `depsgraph` has them to the result key."""
     pose, info = _pose(obj, depsgraph)
@@ -133,8 +149,14 @@ def solve(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> SolveInfo:
 
 def _pose(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[np.ndarray, SolveInfo]:
     current = live.current(obj, depsgraph.scene)
-    try:
+    with _explaining(obj):
         return current.pose(_targets(obj, obj.tug.handles, depsgraph))
+
+
+@contextmanager
+def _explaining(obj: bpy.types.Object) -> Iterator[None]:
+    try:
+        yield
     except TugError as error:
         raise RigError(f'"{obj.name}" cannot be solved: {error.reason}') from error
 

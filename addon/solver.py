@@ -319,6 +319,16 @@ class Solver(_Owner):
         native.library().tug_solve(self._pointer, targets, byref(info))
         return SolveInfo(**_values(info))
 
+    def pose(self, targets: np.ndarray, blend: np.ndarray, rotations: np.ndarray) -> None:
+        """Instead of a solve, the pose of least energy for targets, a blend and rotations, of the
+        shapes that `blend` and `rotations` give: to mix those of several solves."""
+        sizes = self.sizes
+        targets = _fitting("targets", targets, sizes.rows, sizes.dimension)
+        blend = _fitting("blend", blend, sizes.groups, sizes.shapes)
+        square = (sizes.dimension, sizes.dimension)
+        rotations = _fitting("rotations", rotations, sizes.groups, sizes.shapes, *square)
+        native.library().tug_pose(self._pointer, targets, blend, rotations)
+
     def positions(self) -> np.ndarray:
         """#V by k positions of the last solve. O(#V #W #S k)."""
         positions = np.empty((self.sizes.vertices, self.sizes.dimension))

@@ -17,12 +17,13 @@ from support import (
     evaluated,
     expected,
     key,
+    pull_to,
     read_pc2,
     state,
     tube,
 )
 
-from addon import bake, rig
+from addon import bake, rig, shape_keys
 from addon.inputs import RigError
 
 
@@ -61,6 +62,62 @@ def test_a_part_equals_the_same_frames_of_the_whole(obj, tmp_path):
     _, whole = read_pc2(tmp_path / "whole.pc2")
     assert first == 5
     np.testing.assert_array_equal(part, whole[4:8])
+
+
+def jump(obj):
+    """Handles on Unbend up to frame 6 and on Bend from frame 7 on."""
+    for frame, name in ((1, "Unbend"), (6, "Unbend"), (7, "Bend"), (12, "Bend")):
+        pull_to(obj, name)
+        for handle in obj.tug.handles:
+            handle.empty.keyframe_insert("location", frame=frame)
+
+
+def test_a_smooth_part_equals_the_same_frames_of_the_whole(obj, tmp_path):
+    bake.bake(obj, 1, 12, tmp_path / "whole.pc2", smoothing=1.5)
+    bake.bake(obj, 1, 12, tmp_path / "plain.pc2")
+    _, whole = read_pc2(tmp_path / "whole.pc2")
+    _, plain = read_pc2(tmp_path / "plain.pc2")
+    assert np.abs(whole - plain).max() > 1e-4
+    for first, last in ((1, 1), (2, 7), (8, 12)):
+        bake.bake(obj, first, last, tmp_path / "part.pc2", smoothing=1.5)
+        start, part = read_pc2(tmp_path / "part.pc2")
+        assert start == first
+        np.testing.assert_array_equal(part, whole[first - 1 : last])
+
+
+def test_smoothing_softens_a_jump_and_keeps_the_handles(obj, tmp_path):
+    jump(obj)
+    bake.bake(obj, 1, 12, tmp_path / "smooth.pc2", smoothing=2)
+    bake.bake(obj, 1, 12, tmp_path / "plain.pc2")
+    _, smooth = read_pc2(tmp_path / "smooth.pc2")
+    _, plain = read_pc2(tmp_path / "plain.pc2")
+    handles = [handle.vertex for handle in obj.tug.handles]
+    assert_close(smooth[:, handles], plain[:, handles])
+    steps = [np.abs(np.diff(frames, axis=0)).mean(axis=(1, 2)) for frames in (smooth, plain)]
+    assert steps[0][5] < steps[1][5]
+    assert steps[0][4] > 10 * steps[1][4]  # some of it has moved to the frames before
+
+
+def test_smoothing_shows_what_is_added_on_top_of_its_own_frame(tmp_path):
+    obj = add_rig()
+    shape = obj.tug.shapes.add()
+    shape.name, shape.use = "Swell", False
+    rig.bind(obj)
+    swell = key(obj, "Swell")
+    for frame, value in ((1, 0.0), (2, 0.9)):
+        swell.value = value
+        swell.keyframe_insert("value", frame=frame)
+    bake.bake(obj, 1, 2, tmp_path / "tube.pc2", smoothing=1)
+    _, frames = read_pc2(tmp_path / "tube.pc2")
+    added = shape_keys.coordinates(swell) - shape_keys.coordinates(key(obj, "Basis"))
+    assert_close(frames[1] - frames[0], 0.9 * added)
+
+
+@pytest.mark.parametrize("smoothing", [-1, np.nan, np.inf])
+def test_smoothing_that_cannot_be_is_an_error(obj, tmp_path, smoothing):
+    with pytest.raises(RigError, match="smoothing is .* it must be 0 or more"):
+        bake.bake(obj, 1, 2, tmp_path / "tube.pc2", smoothing=smoothing)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_bake_in_a_new_session_is_the_same(obj, tmp_path):

@@ -85,6 +85,15 @@ def test_the_program_bakes_what_the_function_bakes(scene, tmp_path):
     assert (tmp_path / "out.pc2").read_bytes() == (tmp_path / "here.pc2").read_bytes()
 
 
+def test_the_program_smooths(scene, tmp_path):
+    run(scene, "--frames", "3-5", "--smoothing", "1.5", "--output", tmp_path / "out.pc2")
+    bake.bake(bpy.data.objects["Tube"], 3, 5, tmp_path / "here.pc2", smoothing=1.5)
+    bake.bake(bpy.data.objects["Tube"], 3, 5, tmp_path / "plain.pc2")
+    baked = (tmp_path / "out.pc2").read_bytes()
+    assert baked == (tmp_path / "here.pc2").read_bytes()
+    assert baked != (tmp_path / "plain.pc2").read_bytes()
+
+
 def test_handles_out_of_sight_are_baked_by_a_program_that_opened_the_file_without_tug(tmp_path):
     obj = bound_rig()
     animate(obj)

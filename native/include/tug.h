@@ -380,7 +380,16 @@ TUG_API tug_status tug_set_orientations(tug_solver *solver, const double *orient
  * nothing; time does not depend on #V. A solve that failed leaves the last pose as it was. */
 TUG_API tug_status tug_solve(tug_solver *solver, const double *targets, tug_solve_info *info);
 
-/* What the last solve found; TUG_ERROR_ARGUMENT before the first.
+/* The pose of least E_d for handle positions, a blend and rotations, in place of a solve: to mix
+ * the blends and rotations of several solves, over time or between two poses. Rows are held as
+ * firmly as set; orientations do not count. targets: #H by k. blend: #G by #S, not negative, rows
+ * summing to one. rotations: #G by #S by k by k as tug_get_rotations gives them. There are no costs
+ * to get after it, and a warm start after it is cold. Allocates nothing; a call that fails leaves
+ * the last pose as it was. */
+TUG_API tug_status tug_pose(tug_solver *solver, const double *targets, const double *blend,
+                            const double *rotations);
+
+/* What the last solve or pose found; TUG_ERROR_ARGUMENT before the first.
  * positions: #V by k, O(#V #W #S k). blend: #G by #S, rows sum to one. costs: sqrt(D_gs) of (A 10),
  * #G by #S, or D_gs with `squared`. rotations: #G by #S by k by k. */
 TUG_API tug_status tug_get_positions(const tug_solver *solver, double *positions);

@@ -500,7 +500,7 @@ tug_status tug_set_firmness(tug_solver *solver, const double *firmness)
 /* Up to the rounding of single precision. */
 static int is_rotation(int32_t k, const double *R)
 {
-    double transposed[9], closest[9];
+    double transposed[9] = {0}, closest[9];
     for (int32_t i = 0; i < k * k; i++) {
         transposed[i] = R[(i % k) * k + i / k];
     }
@@ -548,15 +548,42 @@ tug_status tug_solve(tug_solver *solver, const double *targets, tug_solve_info *
     return TUG_OK;
 }
 
+tug_status tug_pose(tug_solver *solver, const double *targets, const double *blend,
+                    const double *rotations)
+{
+    REQUIRE_POINTER("tug_pose", solver);
+    REQUIRE_POINTER("tug_pose", targets);
+    REQUIRE_POINTER("tug_pose", blend);
+    REQUIRE_POINTER("tug_pose", rotations);
+    int32_t k = solver->model->header.dimension;
+    ptrdiff_t bad = find_not_finite(targets, (size_t)solver->model->header.rows * (size_t)k);
+    REQUIRE(bad < 0, "tug_pose: the target of row %td is not finite", bad / k);
+    int32_t S = solver->model->header.shapes, G = solver->model->header.groups;
+    REQUIRE(is_on_simplices(blend, G, S),
+            "tug_pose: the blend has a negative weight or a row that does not sum to one");
+    for (int32_t i = 0; i < G * S; i++) {
+        REQUIRE(is_rotation(k, rotations + i * k * k),
+                "tug_pose: what is given for shape %d in group %d is not a rotation", i % S, i / S);
+    }
+    solver_pose(solver, targets, blend, rotations);
+    return TUG_OK;
+}
+
 #define REQUIRE_SOLVED(call)                                                                       \
     do {                                                                                           \
         REQUIRE_POINTER(call, solver);                                                             \
         REQUIRE(solver->solved, call ": nothing has been solved yet");                             \
     } while (0)
 
+#define REQUIRE_POSED(call)                                                                        \
+    do {                                                                                           \
+        REQUIRE_POINTER(call, solver);                                                             \
+        REQUIRE(solver->posed, call ": nothing has been solved yet");                              \
+    } while (0)
+
 tug_status tug_get_positions(const tug_solver *solver, double *positions)
 {
-    REQUIRE_SOLVED("tug_get_positions");
+    REQUIRE_POSED("tug_get_positions");
     REQUIRE_POINTER("tug_get_positions", positions);
     find_positions(solver, positions);
     return TUG_OK;
@@ -564,7 +591,7 @@ tug_status tug_get_positions(const tug_solver *solver, double *positions)
 
 tug_status tug_get_blend(const tug_solver *solver, double *blend)
 {
-    REQUIRE_SOLVED("tug_get_blend");
+    REQUIRE_POSED("tug_get_blend");
     REQUIRE_POINTER("tug_get_blend", blend);
     copy_blend(solver, blend);
     return TUG_OK;
@@ -580,7 +607,7 @@ tug_status tug_get_costs(const tug_solver *solver, double *costs)
 
 tug_status tug_get_rotations(const tug_solver *solver, double *rotations)
 {
-    REQUIRE_SOLVED("tug_get_rotations");
+    REQUIRE_POSED("tug_get_rotations");
     REQUIRE_POINTER("tug_get_rotations", rotations);
     copy_rotations(solver, rotations);
     return TUG_OK;

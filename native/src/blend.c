@@ -305,7 +305,7 @@ blend_result minimise_blend(const blend_problem *p, blend_workspace *w, double *
     return result;
 }
 
-static int is_on_simplices(const double *B, int32_t groups, int32_t shapes)
+int is_on_simplices(const double *B, int32_t groups, int32_t shapes)
 {
     for (int32_t g = 0; g < groups; g++) {
         double sum = 0.0;

@@ -48,6 +48,9 @@ double raise_to_rounding(double u, double r);
 int blend_workspace_create(int32_t groups, int32_t shapes, blend_workspace *workspace);
 void blend_workspace_destroy(blend_workspace *workspace);
 
+/* Whether no weight is negative and the rows sum to one. */
+int is_on_simplices(const double *B, int32_t groups, int32_t shapes);
+
 /* B: a point of the simplices, then the minimiser. f never rises. */
 blend_result minimise_blend(const blend_problem *problem, blend_workspace *workspace, double *B);
 

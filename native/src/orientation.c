@@ -40,7 +40,7 @@ static double squared_distance(const double *A, const double *B, int32_t count)
 static void add_orientation(int32_t k, const double *given, double firmness, int32_t g,
                             orientation *oriented)
 {
-    double transposed[9], O[9], *mean = oriented->mean + g * k * k;
+    double transposed[9] = {0}, O[9], *mean = oriented->mean + g * k * k;
     for (int32_t i = 0; i < k * k; i++) {
         transposed[i] = given[(i % k) * k + i / k];
     }

@@ -132,7 +132,23 @@ void solver_solve(tug_solver *solver, const double *targets, tug_solve_info *inf
     info->energy *= unit * unit;
     info->gap = scale * solver->blend.gap;
     info->increase *= scale;
-    solver->solved = 1;
+    solver->solved = solver->posed = 1;
+}
+
+void solver_pose(tug_solver *solver, const double *targets, const double *blend,
+                 const double *rotations)
+{
+    int32_t k = solver->model->header.dimension, kk = k * k;
+    int32_t n = solver->model->header.groups * solver->model->header.shapes;
+    take_targets(solver, targets);
+    memcpy(solver->B, blend, (size_t)n * sizeof *blend);
+    for (int32_t i = 0; i < n; i++) {
+        multiply_nt(k, rotations + i * kk, solver->model->align + i * kk, solver->R + i * kk);
+    }
+    stack_rotations(solver, solver->V);
+    find_transforms(solver);
+    solver->solved = 0;
+    solver->posed = 1;
 }
 
 void copy_blend(const tug_solver *solver, double *blend)

@@ -11,6 +11,10 @@ tug_status solver_set_firmness(tug_solver *solver, const double *firmness);
 /* targets: #H by k, finite. */
 void solver_solve(tug_solver *solver, const double *targets, tug_solve_info *info);
 
+/* The pose of least energy for a blend, #G by #S, and rotations as copy_rotations gives them. */
+void solver_pose(tug_solver *solver, const double *targets, const double *blend,
+                 const double *rotations);
+
 /* T with its translations taken from the middles of the dictionary to the shapes' own origins: what
  * positions are made with. Both unknowns by k. */
 void place_transforms(const dictionary *D, const double *T, double *placed);

@@ -15,7 +15,8 @@ struct tug_solver {
     tug_solver_options options;
     holding *held;
     orientation oriented;
-    int solved;
+    int solved; /* costs and all else are those of the last solve */
+    int posed;  /* there are blend, rotations and transforms */
 
     /* The question. Y is about its own mean, in units of the model. */
     double *Y;      /* #H by k */

@@ -600,6 +600,11 @@ static void solver_calls_refuse(void)
     tug_solver *solver;
     tug_solve_info info = {.struct_size = sizeof info, .rounds = -7};
     double targets[2 * MAX_WEIGHTS] = {0}, out[9 * MAX_VERTICES] = {-7.0};
+    double blend[MAX_PAIRS] = {0}, rotations[4 * MAX_PAIRS] = {0};
+    for (int32_t i = 0; i < f.groups * f.shapes; i++) {
+        blend[i] = i % f.shapes == 0;
+        rotations[4 * i] = rotations[4 * i + 3] = 1.0;
+    }
     double firmness[MAX_WEIGHTS] = {0}, turned[4 * MAX_WEIGHTS] = {0};
     tug_default_solver_options(&options);
     CHECK(tug_create_solver(model, &options, &solver) == TUG_OK);
@@ -635,6 +640,15 @@ static void solver_calls_refuse(void)
             CHECK(REFUSED(tug_set_orientations, solver, turned, firmness));
             CHECK(strstr(tug_error_text(), "row 1") != NULL);
         }
+        CHECK(REFUSED(tug_pose, NULL, targets, blend, rotations));
+        CHECK(REFUSED(tug_pose, solver, NULL, blend, rotations));
+        CHECK(REFUSED(tug_pose, solver, targets, NULL, rotations));
+        CHECK(REFUSED(tug_pose, solver, targets, blend, NULL));
+        CHECK(REFUSED(tug_pose, solver, targets, out, rotations)); /* no blend */
+        CHECK(REFUSED(tug_pose, solver, targets, blend, out));     /* no rotations */
+        targets[3] = INFINITY;
+        CHECK(REFUSED(tug_pose, solver, targets, blend, rotations));
+        targets[3] = 0.0;
         CHECK(out[0] == -7.0 && info.rounds == -7);
         CHECK(tug_solve(solver, targets, NULL) == TUG_OK);
     }

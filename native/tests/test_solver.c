@@ -192,6 +192,92 @@ static void warm_starts_end_at_the_same_pose(void)
     }
 }
 
+/* Blend and rotations of a solve give its pose back; those of two, mixed, one that still meets the
+ * handles and has no more energy than any other with them. */
+static void posing_takes_blend_and_rotations_as_they_are(void)
+{
+    uint64_t random = 23;
+    for (int i = 0; i < 3 * SETTING_COUNT; i++) {
+        bench b;
+        double pose[MAX_COORDINATES];
+        make_numbered(&b.f, i / SETTING_COUNT);
+        prepare(&b, 0);
+        choose_settings(&b, i);
+        mix_targets(&b.f, &random, 0.05, b.targets);
+        CHECK(solve(&b));
+        memcpy(pose, b.positions, sizeof pose);
+        bench other = b;
+        other.solver = NULL;
+        CHECK(solve(&other));
+        restart(&b);
+        CHECK(tug_pose(b.solver, b.targets, other.blend, other.rotations) == TUG_OK);
+        CHECK(tug_get_positions(b.solver, b.positions) == TUG_OK);
+        /* The trust region's transforms are those of its blend and rotations in the limit only. */
+        int by_steps = b.options.form == TUG_FORM_TRUST_REGION;
+        CHECK(pose_distance(&b.f, b.positions, pose) <= (by_steps ? 1e-4 : 1e-9));
+        CHECK(tug_get_costs(b.solver, b.costs) == TUG_ERROR_ARGUMENT);
+
+        mix_targets(&b.f, &random, 0.05, other.targets);
+        CHECK(tug_pose(b.solver, other.targets, other.blend, other.rotations) == TUG_OK);
+        CHECK(tug_get_positions(b.solver, other.positions) == TUG_OK);
+        CHECK(tug_get_blend(b.solver, b.blend) == TUG_OK);
+        CHECK(memcmp(b.blend, other.blend, sizeof(double) * (size_t)b.f.shapes) == 0);
+        CHECK(constraint_error(&other) <= 1e-9);
+        tug_destroy_solver(other.solver);
+        clear(&b);
+    }
+}
+
+/* Between two poses of the same handles: every pose in the space has the form of one with other
+ * blend and rotations, so a mixture of positions has no less energy. */
+static void a_pose_is_the_least_of_its_blend_and_rotations(void)
+{
+    uint64_t random = 24;
+    for (int i = 0; i < 3; i++) {
+        bench b, moved;
+        make_numbered(&b.f, i);
+        prepare(&b, TUG_FORM_STEADY);
+        mix_targets(&b.f, &random, 0.05, b.targets);
+        CHECK(solve(&b));
+        random_blend(&random, b.f.groups, b.f.shapes, b.blend);
+        moved = b;
+        CHECK(tug_pose(b.solver, b.targets, b.blend, b.rotations) == TUG_OK);
+        CHECK(tug_get_positions(b.solver, b.positions) == TUG_OK);
+        double least = energy_of(&b);
+        for (int trial = 0; trial < 20; trial++) {
+            double share = pow(10.0, random_between(&random, -3.0, 0.0));
+            random_blend(&random, b.f.groups, b.f.shapes, moved.blend);
+            CHECK(tug_pose(b.solver, b.targets, moved.blend, b.rotations) == TUG_OK);
+            CHECK(tug_get_positions(b.solver, moved.positions) == TUG_OK);
+            memcpy(moved.blend, b.blend, sizeof b.blend);
+            for (int32_t c = 0; c < coordinate_count(&b.f); c++) {
+                moved.positions[c] = b.positions[c] + share * (moved.positions[c] - b.positions[c]);
+            }
+            CHECK(energy_of(&moved) >= least * (1.0 - 1e-9));
+        }
+        clear(&b);
+    }
+}
+
+static void a_warm_start_after_a_pose_is_cold(void)
+{
+    uint64_t random = 25;
+    for (int i = 0; i < 2; i++) {
+        bench b;
+        double cold[MAX_COORDINATES];
+        make_tube(&b.f, 0);
+        prepare(&b, FORMS[i]);
+        b.options.warm_start = 1;
+        mix_targets(&b.f, &random, 0.05, b.targets);
+        CHECK(solve(&b));
+        memcpy(cold, b.positions, sizeof cold);
+        CHECK(tug_pose(b.solver, b.targets, b.blend, b.rotations) == TUG_OK);
+        CHECK(solve(&b));
+        CHECK(memcmp(cold, b.positions, (size_t)coordinate_count(&b.f) * sizeof *cold) == 0);
+        clear(&b);
+    }
+}
+
 static void solving_allocates_nothing(void)
 {
     uint64_t random = 17;
@@ -205,6 +291,7 @@ static void solving_allocates_nothing(void)
         for (int trial = 0; trial < 5; trial++) {
             mix_targets(&b.f, &random, 0.1, b.targets);
             CHECK(solve(&b));
+            CHECK(tug_pose(b.solver, b.targets, b.blend, b.rotations) == TUG_OK);
         }
         CHECK(total_allocations() == before);
         clear(&b);
@@ -239,6 +326,9 @@ int main(int argc, char **argv)
     RUN(steady_pose_is_a_minimum);
     RUN(the_past_leaves_no_trace);
     RUN(warm_starts_end_at_the_same_pose);
+    RUN(posing_takes_blend_and_rotations_as_they_are);
+    RUN(a_pose_is_the_least_of_its_blend_and_rotations);
+    RUN(a_warm_start_after_a_pose_is_cold);
     RUN(solving_allocates_nothing);
     RUN(targets_that_are_not_finite_leave_the_pose);
     return TEST_RESULT;
