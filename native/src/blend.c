@@ -25,13 +25,14 @@ int blend_workspace_create(int32_t groups, int32_t shapes, blend_workspace *w)
     w->gradient = allocate(n, sizeof *w->gradient);
     w->direction = allocate(n, sizeof *w->direction);
     w->reduced = allocate(n * n, sizeof *w->reduced);
-    w->solution = allocate(2 * n, sizeof *w->solution);
+    w->to_u = allocate(n, sizeof *w->to_u);
+    w->along_d = allocate(n, sizeof *w->along_d);
     w->reduced_d = allocate(n, sizeof *w->reduced_d);
     w->free = allocate(n, sizeof *w->free);
     w->list = allocate(n, sizeof *w->list);
     w->pivot = allocate((size_t)groups, sizeof *w->pivot);
-    return w->gradient && w->direction && w->reduced && w->solution && w->reduced_d && w->free &&
-           w->list && w->pivot;
+    return w->gradient && w->direction && w->reduced && w->to_u && w->along_d && w->reduced_d &&
+           w->free && w->list && w->pivot;
 }
 
 void blend_workspace_destroy(blend_workspace *w)
@@ -39,7 +40,8 @@ void blend_workspace_destroy(blend_workspace *w)
     release(w->gradient);
     release(w->direction);
     release(w->reduced);
-    release(w->solution);
+    release(w->to_u);
+    release(w->along_d);
     release(w->reduced_d);
     release(w->free);
     release(w->list);
@@ -123,8 +125,8 @@ static void reduce_to_face(const blend_problem *p, blend_workspace *w)
         }
         mean += w->reduced[a * q + a] / (double)q;
         w->reduced_d[a] = p->d[i] - p->d[pi];
-        w->solution[2 * a] = w->gradient[pi] - w->gradient[i];
-        w->solution[2 * a + 1] = -w->reduced_d[a];
+        w->to_u[a] = w->gradient[pi] - w->gradient[i];
+        w->along_d[a] = -w->reduced_d[a];
     }
     for (size_t a = 0; a < q; a++) {
         w->reduced[a * q + a] += RIDGE * mean;
@@ -161,8 +163,8 @@ static double choose_tau(const blend_problem *p, const blend_workspace *w, doubl
     for (int32_t a = 0; a < w->face; a++) {
         int32_t i = w->list[a];
         double slope = w->gradient[i] - w->gradient[w->pivot[i / p->shapes]];
-        u0 += 0.5 * slope * w->solution[2 * a];
-        kappa -= w->reduced_d[a] * w->solution[2 * a + 1];
+        u0 += 0.5 * slope * w->to_u[a];
+        kappa -= w->reduced_d[a] * w->along_d[a];
     }
     u0 = fmax(u0, raise_to_rounding(0.0, p->r));
     return 2.0 * sqrt(2.0 * kappa < 1.0 - 1e-12 ? u0 / (1.0 - 2.0 * kappa) : 1e6 * u);
@@ -172,11 +174,12 @@ static double choose_tau(const blend_problem *p, const blend_workspace *w, doubl
 static void find_direction(const blend_problem *p, blend_workspace *w, double u)
 {
     factor_face(p, w);
-    cholesky_solve(w->reduced, w->face, w->solution, 2);
+    cholesky_solve(w->reduced, w->face, w->to_u, 1);
+    cholesky_solve(w->reduced, w->face, w->along_d, 1);
     double tau = choose_tau(p, w, u);
     memset(w->direction, 0, (size_t)size_of(p) * sizeof *w->direction);
     for (int32_t a = 0; a < w->face; a++) {
-        double step = w->solution[2 * a] + tau * w->solution[2 * a + 1];
+        double step = w->to_u[a] + tau * w->along_d[a];
         w->direction[w->list[a]] = step;
         w->direction[w->pivot[w->list[a] / p->shapes]] -= step;
     }

@@ -24,7 +24,8 @@ typedef struct blend_workspace {
     double *gradient;  /* n: Q B + c, of u at B */
     double *direction; /* n */
     double *reduced;   /* n by n: Hessian of u on the face */
-    double *solution;  /* n by 2 */
+    double *to_u;      /* n: the step to the face's minimiser of u, */
+    double *along_d;   /* n: and how that moves with the weight of d */
     double *reduced_d; /* n */
     int32_t *free;     /* n: whether B_i may move */
     int32_t *list;     /* n: the free ones that are no group's pivot; q of them */

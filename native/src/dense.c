@@ -1,10 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "dense.h"
 
-#include "dispatch.h"
-
 #include <cblas.h>
-#include <math.h>
 
 void dpstrf_(const char *uplo, const int *n, double *a, const int *lda, int *piv, int *rank,
              const double *tol, double *work, int *info);
@@ -29,6 +26,12 @@ void add_product_tn(int32_t m, int32_t n, int32_t l, double alpha, const double 
 {
     cblas_dgemm(CblasRowMajor, CblasTrans, CblasNoTrans, m, n, l, alpha, A, lda, B, ldb, 1.0, C,
                 ldc);
+}
+
+void add_gram(int32_t n, int32_t l, double alpha, const double *A, int32_t lda, double *C,
+              int32_t ldc)
+{
+    cblas_dsyrk(CblasRowMajor, CblasUpper, CblasTrans, n, l, alpha, A, lda, 1.0, C, ldc);
 }
 
 void add_product_nt(int32_t m, int32_t n, int32_t l, double alpha, const double *A, int32_t lda,
@@ -77,58 +80,4 @@ double dot(const double *a, const double *b, size_t count)
         sum += a[i] * b[i];
     }
     return sum;
-}
-
-/* Our own loops: the matrices of a solve have 5 to 100 rows, where LAPACK's call costs more than
- * the work, and its thread-dependent blocking would make results depend on the machine. */
-DISPATCHED int cholesky_factor(double *A, int32_t n)
-{
-    for (int32_t i = 0; i < n; i++) {
-        double *row = A + (size_t)i * (size_t)n;
-        if (!(row[i] > 0.0)) {
-            return 0;
-        }
-        double inverse = 1.0 / sqrt(row[i]);
-        for (int32_t j = i; j < n; j++) {
-            row[j] *= inverse;
-        }
-        for (int32_t l = i + 1; l < n; l++) {
-            double factor = row[l];
-            double *below = A + (size_t)l * (size_t)n;
-            for (int32_t j = l; j < n; j++) {
-                below[j] -= factor * row[j];
-            }
-        }
-    }
-    return 1;
-}
-
-DISPATCHED void cholesky_solve(const double *G, int32_t n, double *b, int32_t columns)
-{
-    for (int32_t i = 0; i < n; i++) {
-        const double *row = G + (size_t)i * (size_t)n;
-        double *x = b + (size_t)i * (size_t)columns;
-        for (int32_t c = 0; c < columns; c++) {
-            x[c] /= row[i];
-        }
-        for (int32_t l = i + 1; l < n; l++) {
-            double *below = b + (size_t)l * (size_t)columns;
-            for (int32_t c = 0; c < columns; c++) {
-                below[c] -= row[l] * x[c];
-            }
-        }
-    }
-    for (int32_t i = n - 1; i >= 0; i--) {
-        const double *row = G + (size_t)i * (size_t)n;
-        double *x = b + (size_t)i * (size_t)columns;
-        for (int32_t l = i + 1; l < n; l++) {
-            const double *below = b + (size_t)l * (size_t)columns;
-            for (int32_t c = 0; c < columns; c++) {
-                x[c] -= row[l] * below[c];
-            }
-        }
-        for (int32_t c = 0; c < columns; c++) {
-            x[c] /= row[i];
-        }
-    }
 }

@@ -18,6 +18,10 @@ void add_product(int32_t m, int32_t n, int32_t l, double alpha, const double *A,
 void add_product_tn(int32_t m, int32_t n, int32_t l, double alpha, const double *A, int32_t lda,
                     const double *B, int32_t ldb, double *C, int32_t ldc);
 
+/* C += alpha A^T A, its upper triangle; A l by n. */
+void add_gram(int32_t n, int32_t l, double alpha, const double *A, int32_t lda, double *C,
+              int32_t ldc);
+
 /* C += alpha A B^T; B n by l. */
 void add_product_nt(int32_t m, int32_t n, int32_t l, double alpha, const double *A, int32_t lda,
                     const double *B, int32_t ldb, double *C, int32_t ldc);
@@ -35,11 +39,14 @@ void solve_right_upper(double *V, int32_t rows, int32_t ldv, const double *G, in
 void solve_right_upper_transposed(double *V, int32_t rows, int32_t ldv, const double *G, int32_t r,
                                   int32_t ldg);
 
-/* A = G^T G in place, upper triangle. Returns 0 where A is not positive definite. */
+/* A = G^T G in place, upper triangle. Returns 0 where A is not positive definite. (cholesky.c) */
 int cholesky_factor(double *A, int32_t n);
 
-/* b <- A^-1 b for `columns` columns (b n by columns), from cholesky_factor's G. */
-void cholesky_solve(const double *G, int32_t n, double *b, int32_t columns);
+/* B <- A^-1 B (B n by columns), from cholesky_factor's G. */
+void cholesky_solve(const double *G, int32_t n, double *B, int32_t columns);
+
+/* B <- G^-T B, half of it: B^T B is then B^T A^-1 B of the old B. */
+void cholesky_solve_half(const double *G, int32_t n, double *B, int32_t columns);
 
 /* A = sum_i values_i a_i a_i^T by rising values: a_i becomes row i of A, n by n and symmetric.
  * work: 34 n. Returns 0 where LAPACK gives up. */

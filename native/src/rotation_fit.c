@@ -2,9 +2,9 @@
 #include "rotation_fit.h"
 
 #include "dense.h"
-#include "dispatch.h"
 #include "memory.h"
 #include "rotation.h"
+#include "vector.h"
 
 #include <math.h>
 #include <string.h>
@@ -15,20 +15,26 @@ static const double LONGEST_TURN = 0.8;
 int rotation_workspace_create(int32_t groups, int32_t k, rotation_workspace *w)
 {
     size_t G = (size_t)groups, size = G * (size_t)tangent_size(k), kk = (size_t)(k * k);
+    size_t row = G * (size_t)k, bands = (size_t)(2 * k - 1);
     w->CR = allocate(G * kk, sizeof *w->CR);
     w->columns = allocate(G * kk, sizeof *w->columns);
+    w->bands = allocate(bands * row, sizeof *w->bands);
+    w->turned = allocate((size_t)k * (row + bands), sizeof *w->turned);
     w->gradient = allocate(size, sizeof *w->gradient);
     w->hessian = allocate(size * size, sizeof *w->hessian);
     w->factor = allocate(size * size, sizeof *w->factor);
     w->step = allocate(size, sizeof *w->step);
     w->trial = allocate(G * kk, sizeof *w->trial);
-    return w->CR && w->columns && w->gradient && w->hessian && w->factor && w->step && w->trial;
+    return w->CR && w->columns && w->bands && w->turned && w->gradient && w->hessian && w->factor &&
+           w->step && w->trial;
 }
 
 void rotation_workspace_destroy(rotation_workspace *w)
 {
     release(w->CR);
     release(w->columns);
+    release(w->bands);
+    release(w->turned);
     release(w->gradient);
     release(w->hessian);
     release(w->factor);
@@ -36,40 +42,59 @@ void rotation_workspace_destroy(rotation_workspace *w)
     release(w->trial);
 }
 
-/* y_a += factor_a x for the k vectors y_a that follow each other. */
-DISPATCHED static void add_multiples(int32_t k, int32_t size, const double *factor, const double *x,
-                                     double *y)
+enum { TILE = 2 * LANES };
+
+/* `count` entries from i on of each of the k rows of `columns`, their sums in registers. */
+PART void sum_columns(const rotation_energy *energy, int32_t k, const double *R, int32_t i,
+                      int32_t count, double *columns)
 {
-    double *first = y, *second = y + size, *third = y + (k - 1) * size;
-    if (k == 2) {
-        for (int32_t i = 0; i < size; i++) {
-            first[i] += factor[0] * x[i];
-            second[i] += factor[1] * x[i];
+    int32_t size = energy->groups * k;
+    const double *row = energy->C + i;
+    double sum[3][TILE] = {{0.0}};
+    for (int32_t j = 0; j < energy->groups; j++, R += k * k) {
+        for (int32_t b = 0; b < k; b++, row += size) {
+            for (int32_t a = 0; a < k; a++) {
+                for (int32_t x = 0; x < count; x++) {
+                    sum[a][x] += R[a * k + b] * row[x];
+                }
+            }
         }
-        return;
     }
-    for (int32_t i = 0; i < size; i++) {
-        first[i] += factor[0] * x[i];
-        second[i] += factor[1] * x[i];
-        third[i] += factor[2] * x[i];
+    for (int32_t a = 0; a < k; a++) {
+        for (int32_t x = 0; x < count; x++) {
+            columns[a * size + i + x] = sum[a][x];
+        }
     }
 }
 
 /* CR_g = sum_h C_gh R_h^T. C is symmetric, so its rows serve as columns and every inner loop runs
  * along memory. */
-static void multiply_stacked(const rotation_energy *energy, const double *R, rotation_workspace *w)
+PART void multiply_stacked(const rotation_energy *energy, int32_t k, const double *R,
+                           rotation_workspace *w)
 {
-    int32_t k = energy->k, kk = k * k, size = energy->groups * k;
-    memset(w->columns, 0, (size_t)(size * k) * sizeof *w->columns);
-    for (int32_t j = 0; j < size; j++) {
-        double factor[3];
-        for (int32_t a = 0; a < k; a++) {
-            factor[a] = R[j / k * kk + a * k + j % k];
-        }
-        add_multiples(k, size, factor, energy->C + (size_t)j * (size_t)size, w->columns);
+    int32_t size = energy->groups * k, i = 0;
+    for (; i + TILE <= size; i += TILE) {
+        sum_columns(energy, k, R, i, TILE, w->columns);
     }
-    for (int32_t i = 0; i < size * k; i++) {
-        w->CR[i] = w->columns[i % k * size + i / k];
+    if (size < TILE) {
+        sum_columns(energy, k, R, 0, size, w->columns);
+    } else if (i < size) {
+        sum_columns(energy, k, R, size - TILE, TILE, w->columns); /* some for a second time */
+    }
+    for (int32_t j = 0; j < size; j++) {
+        for (int32_t a = 0; a < k; a++) {
+            w->CR[j * k + a] = w->columns[a * size + j];
+        }
+    }
+}
+
+DISPATCHED static void find_CR(const rotation_energy *energy, const double *R,
+                               rotation_workspace *w)
+{
+    if (energy->k == 3) {
+        multiply_stacked(energy, 3, R, w);
+    } else {
+        multiply_stacked(energy, 2, R, w);
     }
 }
 
@@ -87,7 +112,7 @@ static double own_trace(const rotation_energy *energy, int32_t g)
 double evaluate_rotations(const rotation_energy *energy, const double *R, rotation_workspace *w)
 {
     int32_t k = energy->k, kk = k * k;
-    multiply_stacked(energy, R, w);
+    find_CR(energy, R, w);
     double sum = 0.0;
     w->magnitude = 0.0;
     for (int32_t g = 0; g < energy->groups; g++) {
@@ -99,57 +124,89 @@ double evaluate_rotations(const rotation_energy *energy, const double *R, rotati
     return sum;
 }
 
-/* The second derivative in w_g and w_h of tr(exp(W_g) M exp(W_h)^T) is tr(M) - M^T. */
-static void add_coupling(int32_t k, const double *M, double *hessian, size_t size)
+/* The blocks M_gh = R_g C_gh R_h^T of one g follow each other in k rows, and are made along them:
+ * first R_g C_gh, then, as R_h^T mixes the k entries of a row's block, a sum of multiples of the
+ * row and of itself moved to the left and to the right. Band d of R has what the entry moved by
+ * d - (k - 1) is multiplied with: zero where that one is of another block. */
+PART void find_bands(int32_t k, int32_t groups, const double *R, double *bands)
+{
+    for (int32_t h = 0; h < groups; h++) {
+        for (int32_t b = 0; b < k; b++) {
+            for (int32_t c = 0; c < k; c++) {
+                bands[(c - b + k - 1) * groups * k + h * k + b] = R[(h * k + b) * k + c];
+            }
+        }
+    }
+}
+
+/* Row g from block `g` on at least. */
+PART void find_couplings(const rotation_energy *energy, int32_t k, const double *R, int32_t g,
+                         const rotation_workspace *w, double *restrict turned,
+                         double *restrict coupled)
+{
+    int32_t size = energy->groups * k, length = size + 2 * k - 1;
+    /* Whole vectors from there to the end, if the row is that long. */
+    int32_t vectors = (size - g * k + LANES - 1) / LANES;
+    int32_t first = vectors * LANES < size ? size - vectors * LANES : 0;
+    const double *C = energy->C + (size_t)(g * k) * (size_t)size;
+    for (int32_t j = first; j < size; j++) {
+        for (int32_t a = 0; a < k; a++) {
+            double sum = 0.0;
+            for (int32_t b = 0; b < k; b++) {
+                sum += R[(g * k + a) * k + b] * C[b * size + j];
+            }
+            turned[a * length + j + k - 1] = sum;
+        }
+    }
+    for (int32_t j = first; j < size; j++) {
+        for (int32_t a = 0; a < k; a++) {
+            double sum = 0.0;
+            for (int32_t d = 0; d < 2 * k - 1; d++) {
+                sum += turned[a * length + j + d] * w->bands[d * size + j];
+            }
+            coupled[a * size + j] = sum;
+        }
+    }
+}
+
+/* The second derivative in w_g and w_h of tr(exp(W_g) M exp(W_h)^T) is tr(M) - M^T. M and the
+ * Hessian's block are parts of longer rows. */
+PART void put_coupling(int32_t k, const double *M, size_t row, double *hessian, size_t size)
 {
     if (k == 2) {
-        hessian[0] += M[0] + M[3];
+        hessian[0] = M[0] + M[row + 1];
         return;
     }
-    double trace = M[0] + M[4] + M[8];
+    double trace = M[0] + M[row + 1] + M[2 * row + 2];
     for (size_t i = 0; i < 3; i++) {
         for (size_t j = 0; j < 3; j++) {
-            hessian[i * size + j] += (i == j ? trace : 0.0) - M[j * 3 + i];
+            hessian[i * size + j] = (i == j ? trace : 0.0) - M[j * row + i];
         }
     }
 }
 
 /* And the one in w_g of -tr(exp(W_g) A) is tr(A) minus the symmetric part of A. */
-static void add_own(int32_t k, const double *A, double *hessian, size_t size)
+PART void put_own(int32_t k, const double *A, double *hessian, size_t size)
 {
     if (k == 2) {
-        hessian[0] += A[0] + A[3];
+        hessian[0] = A[0] + A[3];
         return;
     }
     double trace = A[0] + A[4] + A[8];
     for (size_t i = 0; i < 3; i++) {
         for (size_t j = 0; j < 3; j++) {
-            hessian[i * size + j] += (i == j ? trace : 0.0) - 0.5 * (A[i * 3 + j] + A[j * 3 + i]);
+            hessian[i * size + j] = (i == j ? trace : 0.0) - 0.5 * (A[i * 3 + j] + A[j * 3 + i]);
         }
     }
 }
 
-/* R_g C_gh R_h^T */
-static void turned_block(const rotation_energy *energy, const double *R, int32_t g, int32_t h,
-                         double *M)
-{
-    int32_t k = energy->k, kk = k * k;
-    size_t row = (size_t)(energy->groups * k);
-    double block[9], half[9];
-    for (int32_t i = 0; i < kk; i++) {
-        block[i] = energy->C[(size_t)(g * k + i / k) * row + (size_t)(h * k + i % k)];
-    }
-    multiply(k, R + g * kk, block, half);
-    multiply_nt(k, half, R + h * kk, M);
-}
-
 /* Gradient of one group, and its own block of the Hessian. */
-static void differentiate_group(const rotation_energy *energy, const double *R, int32_t g,
-                                rotation_workspace *w)
+PART void differentiate_group(const rotation_energy *energy, int32_t k, const double *R, int32_t g,
+                              rotation_workspace *w)
 {
-    int32_t k = energy->k, kk = k * k, t = tangent_size(k);
+    int32_t kk = k * k, t = tangent_size(k);
     size_t size = (size_t)(energy->groups * t);
-    double pull[9], A[9], own[9];
+    double pull[9], A[9];
     for (int32_t i = 0; i < kk; i++) {
         pull[i] = energy->L[g * kk + i] - w->CR[g * kk + i];
     }
@@ -159,32 +216,43 @@ static void differentiate_group(const rotation_energy *energy, const double *R, 
         w->gradient[g * t + i] *= -1.0;
     }
     /* A group's coupling with itself, tr(R C R^T), does not depend on R. */
-    turned_block(energy, R, g, g, own);
     for (int32_t i = 0; i < kk; i++) {
-        A[i] += own[i];
+        A[i] += w->columns[(i / k * energy->groups + g) * k + i % k];
     }
-    add_own(k, A, w->hessian + (size_t)(g * t) * (size + 1), size);
+    put_own(k, A, w->hessian + (size_t)(g * t) * (size + 1), size);
+}
+
+PART void differentiate(const rotation_energy *energy, int32_t k, const double *R,
+                        rotation_workspace *w)
+{
+    int32_t t = tangent_size(k);
+    size_t size = (size_t)(energy->groups * t), row = (size_t)(energy->groups * k);
+    find_bands(k, energy->groups, R, w->bands);
+    for (int32_t g = 0; g < energy->groups; g++) {
+        find_couplings(energy, k, R, g, w, w->turned, w->columns);
+        differentiate_group(energy, k, R, g, w);
+        double *hessian = w->hessian + (size_t)(g * t) * size;
+        for (int32_t h = g + 1; h < energy->groups; h++) {
+            put_coupling(k, w->columns + h * k, row, hessian + h * t, size);
+        }
+    }
+}
+
+/* With CR as it is at R. */
+DISPATCHED static void differentiate_here(const rotation_energy *energy, const double *R,
+                                          rotation_workspace *w)
+{
+    if (energy->k == 3) {
+        differentiate(energy, 3, R, w);
+    } else {
+        differentiate(energy, 2, R, w);
+    }
 }
 
 void differentiate_rotations(const rotation_energy *energy, const double *R, rotation_workspace *w)
 {
-    int32_t k = energy->k, t = tangent_size(k);
-    size_t size = (size_t)(energy->groups * t);
-    multiply_stacked(energy, R, w);
-    memset(w->hessian, 0, size * size * sizeof *w->hessian);
-    for (int32_t g = 0; g < energy->groups; g++) {
-        differentiate_group(energy, R, g, w);
-        for (int32_t h = g + 1; h < energy->groups; h++) {
-            double coupling[9];
-            turned_block(energy, R, g, h, coupling);
-            add_coupling(k, coupling, w->hessian + (size_t)(g * t) * size + (size_t)(h * t), size);
-        }
-    }
-    for (size_t i = 0; i < size; i++) {
-        for (size_t j = 0; j < i; j++) {
-            w->hessian[i * size + j] = w->hessian[j * size + i];
-        }
-    }
+    find_CR(energy, R, w);
+    differentiate_here(energy, R, w);
 }
 
 /* The lower quartile of the diagonal: some unknowns may be stiffer than the others by far, and a
@@ -224,40 +292,48 @@ void find_newton_step(int32_t size, rotation_workspace *w)
     cholesky_solve(w->factor, size, w->step, 1);
 }
 
-double turn_all(const rotation_energy *energy, const double *R, double t, rotation_workspace *w)
+double largest_turn(const rotation_energy *energy, const rotation_workspace *w)
 {
-    int32_t k = energy->k, kk = k * k, size = tangent_size(k);
+    int32_t t = tangent_size(energy->k);
     double largest = 0.0;
-    memcpy(w->trial, R, (size_t)(energy->groups * kk) * sizeof *R);
     for (int32_t g = 0; g < energy->groups; g++) {
-        double turning[3], squares = 0.0;
-        for (int32_t i = 0; i < size; i++) {
-            turning[i] = t * w->step[g * size + i];
-            squares += turning[i] * turning[i];
-        }
-        largest = fmax(largest, sqrt(squares));
-        turn(k, turning, w->trial + g * kk);
+        largest = fmax(largest, dot(w->step + g * t, w->step + g * t, (size_t)t));
     }
-    return largest;
+    return sqrt(largest);
 }
 
-/* One step downhill. Returns the angle of the full step, or 0 where rounding leaves none. */
-static double descend(const rotation_energy *energy, rotation_workspace *w, double *R)
+void turn_all(const rotation_energy *energy, const double *R, double t, rotation_workspace *w)
+{
+    int32_t k = energy->k, kk = k * k, size = tangent_size(k);
+    memcpy(w->trial, R, (size_t)(energy->groups * kk) * sizeof *R);
+    for (int32_t g = 0; g < energy->groups; g++) {
+        double turning[3];
+        for (int32_t i = 0; i < size; i++) {
+            turning[i] = t * w->step[g * size + i];
+        }
+        turn(k, turning, w->trial + g * kk);
+    }
+}
+
+/* One step downhill from R, where f is *value and CR is up to date, to where they are so again.
+ * Returns the angle of the full step, or 0 where rounding leaves none. */
+static double descend(const rotation_energy *energy, rotation_workspace *w, double *R,
+                      double *value)
 {
     int32_t size = energy->groups * tangent_size(energy->k);
     size_t bytes = (size_t)(energy->groups * energy->k * energy->k) * sizeof *R;
-    double before = evaluate_rotations(energy, R, w);
     double rounding = 1e-15 * w->magnitude; /* near the optimum the decrease drowns in it */
-    differentiate_rotations(energy, R, w);
+    differentiate_here(energy, R, w);
     find_newton_step(size, w);
     double slope = dot(w->gradient, w->step, (size_t)size);
-    double full = turn_all(energy, R, 1.0, w);
+    double full = largest_turn(energy, w);
     double t = full > LONGEST_TURN ? LONGEST_TURN / full : 1.0;
     for (int halvings = 0; halvings < 40; halvings++, t *= 0.5) {
         turn_all(energy, R, t, w);
         double after = evaluate_rotations(energy, w->trial, w);
-        if (after <= before + 1e-4 * t * slope + rounding) {
+        if (after <= *value + 1e-4 * t * slope + rounding) {
             memcpy(R, w->trial, bytes);
+            *value = after;
             return -slope > rounding ? full : 0.0;
         }
     }
@@ -269,8 +345,9 @@ int32_t fit_rotations(const rotation_energy *energy, double tolerance, int32_t m
 {
     *converged = 0;
     int32_t steps = 0;
+    double value = evaluate_rotations(energy, R, workspace);
     while (steps < max_steps && !*converged) {
-        double turned = descend(energy, workspace, R);
+        double turned = descend(energy, workspace, R, &value);
         steps++;
         *converged = turned <= tolerance;
     }

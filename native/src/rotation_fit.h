@@ -24,9 +24,11 @@ static const double LEAST_PRIOR = 1e-7;
 /* Room for fits of `groups` rotations. */
 typedef struct rotation_workspace {
     double *CR;       /* G k by k: C times the stacked R^T */
-    double *columns;  /* k by G k: the columns of CR */
+    double *columns;  /* k by G k: the columns of CR, or of one group's couplings */
+    double *bands;    /* 2 k - 1 by G k: the R_g^T as one banded matrix */
+    double *turned;   /* k by G k, with room to either side */
     double *gradient; /* G tangent components */
-    double *hessian;  /* of f in the tangent components, square */
+    double *hessian;  /* of f in the tangent components, square, upper triangle */
     double *factor;   /* the same, factored */
     double *step;
     double *trial;    /* G by k by k */
@@ -48,9 +50,12 @@ void differentiate_rotations(const rotation_energy *energy, const double *R,
  * that it leads downhill. */
 void find_newton_step(int32_t size, rotation_workspace *workspace);
 
-/* trial <- the rotations R turned by t times the step; returns the largest angle of a turn. */
-double turn_all(const rotation_energy *energy, const double *R, double t,
-                rotation_workspace *workspace);
+/* The largest angle by which the step turns a group. */
+double largest_turn(const rotation_energy *energy, const rotation_workspace *workspace);
+
+/* trial <- the rotations R turned by t times the step. */
+void turn_all(const rotation_energy *energy, const double *R, double t,
+              rotation_workspace *workspace);
 
 /* Newton from R, in place, downhill in every step, until a full step turns nothing by more than
  * `tolerance`. Returns the number of steps; *converged says whether it got there. */

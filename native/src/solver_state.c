@@ -16,8 +16,8 @@ void solver_destroy(tug_solver *solver)
                         solver->c,        solver->d,        solver->folded_Q, solver->folded_c,
                         solver->folded_d, solver->folded_B, solver->group_R,  solver->prior_R,
                         solver->prior_B,  solver->kept_R,   solver->C,        solver->L,
-                        solver->X,        solver->J,        solver->face_J,   solver->face_X,
-                        solver->face_H,   solver->V,        solver->M};
+                        solver->X,        solver->J,        solver->face_J,   solver->face_H,
+                        solver->V,        solver->M};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) {
         release(arrays[i]);
     }
@@ -77,7 +77,6 @@ static int allocate_solver(tug_solver *s)
         {&s->X, G * kk},
         {&s->J, (n + 1) * size},
         {&s->face_J, n * size},
-        {&s->face_X, n * size},
         {&s->face_H, n * n},
         {&s->V, n * kk},
         {&s->M, n * kk},

@@ -45,7 +45,7 @@ struct tug_solver {
     double *C, *L;                      /* the energy of the rotations at the present blend */
     double *X;                          /* #G by k by k */
     double *J;                          /* #G #S by tangent components of all groups */
-    double *face_J, *face_X;            /* face by the same: J on the blend's face, and solved */
+    double *face_J;                     /* face by the same: J on the blend's face */
     double *face_H;                     /* face by face */
     rotation_workspace turning;
 

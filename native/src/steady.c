@@ -275,10 +275,8 @@ static void let_blend_follow(tug_solver *solver)
             solver->face_J[a * size + i] = entry[i] - pivot[i];
         }
     }
-    memcpy(solver->face_X, solver->face_J, (size_t)(q * size) * sizeof *solver->face_J);
-    cholesky_solve(solver->face_H, q, solver->face_X, size);
-    add_product_tn(size, size, q, -1.0, solver->face_J, size, solver->face_X, size,
-                   solver->turning.hessian, size);
+    cholesky_solve_half(solver->face_H, q, solver->face_J, size);
+    add_gram(size, q, -1.0, solver->face_J, size, solver->turning.hessian, size);
 }
 
 /* One step of Newton's method on phi. Returns the angle of the full step, or 0 where rounding
@@ -299,7 +297,7 @@ static double descend(tug_solver *solver)
     double slope = dot(turning->gradient, turning->step, (size_t)size) / tau;
     double rounding = 1e-15 * fabs(solver->r) / tau; /* of u, as f shows it */
     memcpy(solver->kept_R, solver->group_R, rotation_bytes(solver));
-    double full = turn_all(&energy, solver->kept_R, 1.0, turning);
+    double full = largest_turn(&energy, turning);
     if (full <= solver->options.tolerance) {
         return full;
     }
