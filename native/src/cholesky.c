@@ -19,21 +19,21 @@ typedef struct corner {
 } corner;
 
 /* Four rows by some vectors: as many as stay in registers. */
-typedef vector tile[ROWS][WIDEST];
+typedef packed tile[ROWS][WIDEST];
 
 /* Columns j and on of rows i to i + 3 of A, less what the rows of G above take from them. */
 PART void begin_tile(const double *A, size_t n, size_t i, size_t j, int width, tile t)
 {
     for (int r = 0; r < ROWS; r++) {
         for (int v = 0; v < width; v++) {
-            t[r][v] = *vector_at(A + (i + (size_t)r) * n + j + (size_t)(LANES * v));
+            t[r][v] = *packed_at(A + (i + (size_t)r) * n + j + (size_t)(LANES * v));
         }
     }
     for (size_t l = 0; l < i; l++) {
         const double *row = A + l * n;
-        vector x[WIDEST];
+        packed x[WIDEST];
         for (int v = 0; v < width; v++) {
-            x[v] = *vector_at(row + j + (size_t)(LANES * v));
+            x[v] = *packed_at(row + j + (size_t)(LANES * v));
         }
         for (int r = 0; r < ROWS; r++) {
             for (int v = 0; v < width; v++) {
@@ -52,7 +52,7 @@ PART void end_tile(double *A, size_t n, size_t i, size_t j, int width, const cor
                 t[r][v] -= own->G[l][r] * t[l][v];
             }
             t[r][v] *= own->inverse[r];
-            *writable_vector_at(A + (i + (size_t)r) * n + j + (size_t)(LANES * v)) = t[r][v];
+            *writable_packed_at(A + (i + (size_t)r) * n + j + (size_t)(LANES * v)) = t[r][v];
         }
     }
 }
@@ -157,9 +157,9 @@ PART void solve_forward(const double *G, size_t n, double *x)
             x[i + r] = y[r] *= inverse;
         }
         for (size_t j = i + ROWS; j < n; j += LANES) {
-            vector *rest = writable_vector_at(x + j);
+            packed *rest = writable_packed_at(x + j);
             for (size_t r = 0; r < ROWS; r++) {
-                *rest -= y[r] * *vector_at(row + r * n + j);
+                *rest -= y[r] * *packed_at(row + r * n + j);
             }
         }
     }
@@ -172,10 +172,10 @@ PART void solve_backward(const double *G, size_t n, double *x)
     for (size_t i = n; i > single;) {
         i -= ROWS;
         const double *row = G + i * n;
-        vector sum[ROWS] = {{0.0}};
+        packed sum[ROWS] = {{0.0}};
         for (size_t j = i + ROWS; j < n; j += LANES) {
             for (size_t r = 0; r < ROWS; r++) {
-                sum[r] += *vector_at(row + r * n + j) * *vector_at(x + j);
+                sum[r] += *packed_at(row + r * n + j) * *packed_at(x + j);
             }
         }
         for (size_t r = ROWS; r-- > 0;) {

@@ -42,27 +42,40 @@ void rotation_workspace_destroy(rotation_workspace *w)
     release(w->trial);
 }
 
-enum { TILE = 2 * LANES };
-
-/* `count` entries from i on of each of the k rows of `columns`, their sums in registers. */
+/* Entries i to i + 4 `width` of each of the k rows of `columns`, their sums in registers. */
 PART void sum_columns(const rotation_energy *energy, int32_t k, const double *R, int32_t i,
-                      int32_t count, double *columns)
+                      int width, double *columns)
 {
     int32_t size = energy->groups * k;
     const double *row = energy->C + i;
-    double sum[3][TILE] = {{0.0}};
-    for (int32_t j = 0; j < energy->groups; j++, R += k * k) {
+    packed sum[3][2] = {{{0.0}}};
+    for (int32_t g = 0; g < energy->groups; g++, R += k * k) {
         for (int32_t b = 0; b < k; b++, row += size) {
-            for (int32_t a = 0; a < k; a++) {
-                for (int32_t x = 0; x < count; x++) {
-                    sum[a][x] += R[a * k + b] * row[x];
+            for (int v = 0; v < width; v++) {
+                packed x = *packed_at(row + LANES * v);
+                for (int32_t a = 0; a < k; a++) {
+                    sum[a][v] += R[a * k + b] * x;
                 }
             }
         }
     }
     for (int32_t a = 0; a < k; a++) {
-        for (int32_t x = 0; x < count; x++) {
-            columns[a * size + i + x] = sum[a][x];
+        for (int v = 0; v < width; v++) {
+            *writable_packed_at(columns + a * size + i + LANES * v) = sum[a][v];
+        }
+    }
+}
+
+/* The same for all entries of rows shorter than a vector: a single group. */
+PART void sum_short_columns(const rotation_energy *energy, int32_t k, const double *R,
+                            double *columns)
+{
+    for (int32_t i = 0; i < k; i++) {
+        for (int32_t a = 0; a < k; a++) {
+            columns[a * k + i] = 0.0;
+            for (int32_t b = 0; b < k; b++) {
+                columns[a * k + i] += R[a * k + b] * energy->C[b * k + i];
+            }
         }
     }
 }
@@ -73,13 +86,14 @@ PART void multiply_stacked(const rotation_energy *energy, int32_t k, const doubl
                            rotation_workspace *w)
 {
     int32_t size = energy->groups * k, i = 0;
-    for (; i + TILE <= size; i += TILE) {
-        sum_columns(energy, k, R, i, TILE, w->columns);
+    for (; i + 2 * LANES <= size; i += 2 * LANES) {
+        sum_columns(energy, k, R, i, 2, w->columns);
     }
-    if (size < TILE) {
-        sum_columns(energy, k, R, 0, size, w->columns);
-    } else if (i < size) {
-        sum_columns(energy, k, R, size - TILE, TILE, w->columns); /* some for a second time */
+    for (; i < size && size >= LANES; i += LANES) { /* the last may do some a second time */
+        sum_columns(energy, k, R, i + LANES <= size ? i : size - LANES, 1, w->columns);
+    }
+    if (size < LANES) {
+        sum_short_columns(energy, k, R, w->columns);
     }
     for (int32_t j = 0; j < size; j++) {
         for (int32_t a = 0; a < k; a++) {

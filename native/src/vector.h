@@ -12,23 +12,23 @@
 enum { LANES = 4 };
 
 /* At any address of a double. */
-typedef double vector __attribute__((vector_size(LANES * sizeof(double)), aligned(8), may_alias));
+typedef double packed __attribute__((vector_size(LANES * sizeof(double)), aligned(8), may_alias));
 
 /* For the parts of a DISPATCHED function: they are compiled with it, for the same processor, and
  * unrolled over the constants that they are called with. */
 #define PART static inline __attribute__((always_inline))
 
-PART const vector *vector_at(const double *first)
+PART const packed *packed_at(const double *first)
 {
-    return (const vector *)first;
+    return (const packed *)first;
 }
 
-PART vector *writable_vector_at(double *first)
+PART packed *writable_packed_at(double *first)
 {
-    return (vector *)first;
+    return (packed *)first;
 }
 
-PART double sum_of_lanes(const vector *x)
+PART double sum_of_lanes(const packed *x)
 {
     return ((*x)[0] + (*x)[1]) + ((*x)[2] + (*x)[3]);
 }
