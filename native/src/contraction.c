@@ -2,6 +2,7 @@
 #include "contraction.h"
 
 #include "rotation.h"
+#include "vector.h"
 
 #include <string.h>
 
@@ -25,29 +26,55 @@ static void mirror_lower(double *Q, size_t n)
     }
 }
 
-void contract_rotations(const tug_model *model, const double *C, const double *R, double *Q)
+/* out_t = sum_ab P_ab C_ab[t] for the S entries of a row in every component. */
+PART void contract_row(int32_t kk, const double *P, const double *C, size_t S, double *out)
 {
-    int32_t k = model->header.dimension, kk = k * k, G = model->header.groups;
+    if (S < LANES) {
+        for (size_t t = 0; t < S; t++) {
+            out[t] = 0.0;
+            for (int32_t ab = 0; ab < kk; ab++) {
+                out[t] += P[ab] * C[(size_t)ab * S * S + t];
+            }
+        }
+        return;
+    }
+    for (size_t t = 0; t < S; t += LANES) {
+        size_t first = t + LANES <= S ? t : S - LANES; /* the last may do some a second time */
+        packed sum = {0.0};
+        for (int32_t ab = 0; ab < kk; ab++) {
+            sum += P[ab] * *packed_at(C + (size_t)ab * S * S + first);
+        }
+        *writable_packed_at(out + first) = sum;
+    }
+}
+
+/* tr(R_g C R_h^T) = sum_ab (R_g^T R_h)_ab C_ab */
+PART void contract_upper(const tug_model *model, const double *C, int32_t k, const double *R,
+                         double *Q)
+{
+    int32_t kk = k * k, G = model->header.groups;
     size_t S = (size_t)model->header.shapes, n = (size_t)G * S;
     for (int32_t g = 0; g < G; g++) {
         for (int32_t h = g; h < G; h++) {
-            double P[9]; /* tr(R_g C R_h^T) = sum_ab (R_g^T R_h)_ab C_ab */
+            const double *block = component(model, C, g, h, 0);
+            double P[9], *corner = Q + (size_t)g * S * n + (size_t)h * S;
             multiply_tn(k, R + g * kk, R + h * kk, P);
-            double *corner = Q + (size_t)g * S * n + (size_t)h * S;
             for (size_t s = 0; s < S; s++) {
-                memset(corner + s * n, 0, S * sizeof *Q);
-            }
-            for (int32_t ab = 0; ab < kk; ab++) {
-                const double *part = component(model, C, g, h, ab);
-                for (size_t s = 0; s < S; s++) {
-                    for (size_t t = 0; t < S; t++) {
-                        corner[s * n + t] += P[ab] * part[s * S + t];
-                    }
-                }
+                contract_row(kk, P, block + s * S, S, corner + s * n);
             }
         }
     }
-    mirror_lower(Q, n);
+}
+
+DISPATCHED void contract_rotations(const tug_model *model, const double *C, const double *R,
+                                   double *Q)
+{
+    if (model->header.dimension == 3) {
+        contract_upper(model, C, 3, R, Q);
+    } else {
+        contract_upper(model, C, 2, R, Q);
+    }
+    mirror_lower(Q, (size_t)(model->header.groups * model->header.shapes));
 }
 
 void contract_pair_rotations(const tug_model *model, const double *C, const double *R, double *Q)
@@ -67,23 +94,30 @@ void contract_pair_rotations(const tug_model *model, const double *C, const doub
     mirror_lower(Q, (size_t)n);
 }
 
+/* sum += sum_st B_s B_t C_ab[s][t] of one pair of groups. Zeros are skipped: most of B. */
+static void add_blended_block(int32_t kk, int32_t S, const double *B_g, const double *B_h,
+                              const double *C, double *sum)
+{
+    for (int32_t s = 0; s < S; s++) {
+        for (int32_t t = 0; t < S && B_g[s] != 0.0; t++) {
+            double factor = B_g[s] * B_h[t];
+            for (int32_t ab = 0; ab < kk && factor != 0.0; ab++) {
+                sum[ab] += factor * C[(ab * S + s) * S + t];
+            }
+        }
+    }
+}
+
 void contract_blend(const tug_model *model, const double *C, const double *B, double *out)
 {
     int32_t k = model->header.dimension, G = model->header.groups, S = model->header.shapes;
     size_t size = (size_t)(G * k);
     for (int32_t g = 0; g < G; g++) {
         for (int32_t h = g; h < G; h++) {
+            double sum[9] = {0.0};
+            add_blended_block(k * k, S, B + g * S, B + h * S, component(model, C, g, h, 0), sum);
             for (int32_t ab = 0; ab < k * k; ab++) {
-                const double *block = component(model, C, g, h, ab);
-                double sum = 0.0;
-                for (int32_t s = 0; s < S; s++) {
-                    double row = 0.0;
-                    for (int32_t t = 0; t < S; t++) {
-                        row += block[s * S + t] * B[h * S + t];
-                    }
-                    sum += B[g * S + s] * row;
-                }
-                out[(size_t)(g * k + ab / k) * size + (size_t)(h * k + ab % k)] = sum;
+                out[(size_t)(g * k + ab / k) * size + (size_t)(h * k + ab % k)] = sum[ab];
             }
         }
     }
@@ -95,14 +129,13 @@ void contract_blend_row(const tug_model *model, const double *C, int32_t pair, c
 {
     int32_t kk = model->header.dimension * model->header.dimension;
     int32_t G = model->header.groups, S = model->header.shapes;
+    memset(X, 0, (size_t)(G * kk) * sizeof *X);
     for (int32_t h = 0; h < G; h++) {
-        for (int32_t ab = 0; ab < kk; ab++) {
-            const double *row = component(model, C, pair / S, h, ab) + (pair % S) * S;
-            double sum = 0.0;
-            for (int32_t t = 0; t < S; t++) {
-                sum += row[t] * B[h * S + t];
+        const double *row = component(model, C, pair / S, h, 0) + pair % S * S;
+        for (int32_t t = 0; t < S; t++) {
+            for (int32_t ab = 0; ab < kk && B[h * S + t] != 0.0; ab++) {
+                X[h * kk + ab] += B[h * S + t] * row[ab * S * S + t];
             }
-            X[h * kk + ab] = sum;
         }
     }
 }

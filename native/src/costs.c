@@ -23,10 +23,11 @@ int costs_create(const tug_model *model, shape_costs *c)
     c->V = allocate(G * k * k, sizeof *c->V);
     c->T = allocate(b * k, sizeof *c->T);
     c->difference = allocate(b * k, sizeof *c->difference);
+    c->product = allocate(b * k, sizeof *c->product);
     c->placed = allocate((size_t)model->header.rows * k, sizeof *c->placed);
     int room = rotation_workspace_create((int32_t)G, (int32_t)k, &c->workspace);
     return room && c->D && c->rotations && c->R && c->L && c->V && c->T && c->difference &&
-           c->placed;
+           c->product && c->placed;
 }
 
 void costs_destroy(shape_costs *c)
@@ -38,6 +39,7 @@ void costs_destroy(shape_costs *c)
     release(c->V);
     release(c->T);
     release(c->difference);
+    release(c->product);
     release(c->placed);
     rotation_workspace_destroy(&c->workspace);
 }
@@ -78,21 +80,11 @@ static void fit_handles(const tug_model *model, const holding *held, const orien
 }
 
 /* tr(T^T L T) of one group. */
-static double quadratic_part(const double *L, int32_t b, int32_t k, const double *T)
+static double quadratic_part(const double *L, int32_t b, int32_t k, const double *T, double *LT)
 {
-    double sum = 0.0;
-    for (int32_t i = 0; i < b; i++) {
-        double row[3] = {0.0, 0.0, 0.0};
-        for (int32_t j = 0; j < b; j++) {
-            for (int32_t a = 0; a < k; a++) {
-                row[a] += L[(size_t)i * (size_t)b + (size_t)j] * T[j * k + a];
-            }
-        }
-        for (int32_t a = 0; a < k; a++) {
-            sum += T[i * k + a] * row[a];
-        }
-    }
-    return sum;
+    memset(LT, 0, (size_t)(b * k) * sizeof *LT);
+    add_thin_product_tn(b, b, k, L, T, LT);
+    return dot(T, LT, (size_t)(b * k));
 }
 
 /* difference = T - T_s R^T. T_s has, for each weight function, the shape's middle and the identity.
@@ -132,8 +124,8 @@ static void find_group_costs(const tug_model *model, const holding *held,
         double R[9];
         multiply(k, c->R + g * kk, model->align + (g * S + s) * kk, R);
         subtract_turned_shape(model, s, R, c->T, c->difference);
-        c->D[g * S + s] = fmax(
-            quadratic_part(shape->L + (size_t)g * (size_t)b * (size_t)b, b, k, c->difference), 0.0);
+        const double *L = shape->L + (size_t)g * (size_t)b * (size_t)b;
+        c->D[g * S + s] = fmax(quadratic_part(L, b, k, c->difference, c->product), 0.0);
         c->D[g * S + s] += orientation_energy(model, oriented, g, c->R + g * kk);
     }
     for (int32_t r = 0; r < model->header.rows; r++) {

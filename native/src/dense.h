@@ -22,6 +22,10 @@ void add_product_tn(int32_t m, int32_t n, int32_t l, double alpha, const double 
 void add_gram(int32_t n, int32_t l, double alpha, const double *A, int32_t lda, double *C,
               int32_t ldc);
 
+/* T += A^T V for k columns, two or three; A l by n, V l by k, T n by k. (thin_product.c) */
+void add_thin_product_tn(int32_t l, int32_t n, int32_t k, const double *A, const double *V,
+                         double *T);
+
 /* C += alpha A B^T; B n by l. */
 void add_product_nt(int32_t m, int32_t n, int32_t l, double alpha, const double *A, int32_t lda,
                     const double *B, int32_t ldb, double *C, int32_t ldc);

@@ -194,25 +194,10 @@ double energy_of_rows(const reduction *energy, const double *Y, int32_t k)
     return sum;
 }
 
-/* T += A^T V; A: count by b. */
-static void add_transformed(const double *A, int32_t count, size_t b, const double *V, int32_t k,
-                            double *T)
-{
-    for (int32_t i = 0; i < count; i++) {
-        const double *row = A + (size_t)i * b;
-        for (size_t j = 0; j < b; j++) {
-            for (int32_t a = 0; a < k; a++) {
-                T[j * (size_t)k + (size_t)a] += row[j] * V[i * k + a];
-            }
-        }
-    }
-}
-
 void recover_transforms(const reduction *energy, const double *V, const double *Y, int32_t k,
                         double *T)
 {
-    size_t b = (size_t)energy->unknowns;
-    memset(T, 0, b * (size_t)k * sizeof *T);
-    add_transformed(energy->ZK, energy->turned, b, V, k, T);
-    add_transformed(energy->F, energy->rows, b, Y, k, T);
+    memset(T, 0, (size_t)energy->unknowns * (size_t)k * sizeof *T);
+    add_thin_product_tn(energy->turned, energy->unknowns, k, energy->ZK, V, T);
+    add_thin_product_tn(energy->rows, energy->unknowns, k, energy->F, Y, T);
 }
