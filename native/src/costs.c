@@ -44,15 +44,15 @@ void costs_destroy(shape_costs *c)
     rotation_workspace_destroy(&c->workspace);
 }
 
-/* The rotation that best carries the handles of a shape, seen from one group, to Y, and agrees with
- * the orientations there. */
+/* The matrix whose closest rotation best carries the handles of a shape, seen from one group, to Y,
+ * and agrees with the orientations there. */
 static void fit_handles(const tug_model *model, const holding *held, const orientation *oriented,
-                        int32_t s, const double *Y, int32_t g, double *R)
+                        int32_t s, const double *Y, int32_t g, double *turned)
 {
     const shape_model *shape = model->shape + s;
     int32_t k = model->header.dimension, h = model->header.rows;
     const double *near = model->nearness + g * h;
-    double from[3] = {0}, to[3] = {0}, M[9] = {0}, turned[9], total = 0.0, size = 0.0;
+    double from[3] = {0}, to[3] = {0}, M[9] = {0}, total = 0.0, size = 0.0;
     for (int32_t r = 0; r < h; r++) {
         double weight = near[r] * grip_of(held, r);
         total += weight;
@@ -76,7 +76,6 @@ static void fit_handles(const tug_model *model, const holding *held, const orien
     }
     multiply(k, model->align + (g * model->header.shapes + s) * k * k, M, turned);
     add_orientation_pull(model, oriented, g, size > 0.0 ? size : 1.0, turned);
-    closest_rotation(k, turned, R);
 }
 
 /* tr(T^T L T) of one group. */
@@ -147,6 +146,9 @@ static void start_rotations(const tug_model *model, const holding *held,
                 R[g * kk + i] = Q[(i % k) * k + i / k];
             }
         }
+    }
+    if (turning) {
+        closest_rotations(k, model->header.groups, R, R);
     }
 }
 

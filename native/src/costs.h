@@ -16,7 +16,7 @@ typedef struct shape_costs {
     int32_t converged; /* all shapes */
     int32_t steps;     /* Newton's, largest over the shapes */
     rotation_workspace workspace;
-    double *R, *L, *V;      /* of one shape: #G by k by k */
+    double *R, *L, *V;                /* of one shape: #G by k by k */
     double *T, *difference, *product; /* of one shape: #W (k + 1) by k */
     double *placed;                   /* of one shape: #H by k */
 } shape_costs;

@@ -13,8 +13,14 @@ static inline int32_t tangent_size(int32_t k)
 }
 
 /* The rotation R that maximises tr(R M), (A 22). Where M leaves a choice (rank below k - 1), some
- * maximiser. */
+ * maximiser. (closest_rotation.c) */
 void closest_rotation(int32_t k, const double *M, double *R);
+
+/* The same for `count` matrices that follow each other, for less each. R may be M. */
+void closest_rotations(int32_t k, int32_t count, const double *M, double *R);
+
+/* Of the unit quaternion q, its real part first. */
+void quaternion_matrix(const double *q, double *R);
 
 /* R <- exp(w) R. */
 void turn(int32_t k, const double *w, double *R);

@@ -47,7 +47,8 @@ static void find_rotation_prior(tug_solver *solver)
     int32_t k = solver->model->header.dimension, kk = k * k;
     int32_t G = solver->model->header.groups, S = solver->model->header.shapes;
     for (int32_t g = 0; g < G; g++) {
-        double least = INFINITY, mean[9] = {0.0};
+        double least = INFINITY, *mean = solver->prior_R + g * kk;
+        memset(mean, 0, (size_t)kk * sizeof *mean);
         for (int32_t s = 0; s < S; s++) {
             least = fmin(least, mismatch(solver, g, s));
         }
@@ -58,8 +59,8 @@ static void find_rotation_prior(tug_solver *solver)
                     ratio * ratio * solver->costs.rotations[(g * S + s) * kk + (i % k) * k + i / k];
             }
         }
-        closest_rotation(k, mean, solver->prior_R + g * kk);
     }
+    closest_rotations(k, G, solver->prior_R, solver->prior_R);
 }
 
 /* eps; never quite zero, so that rotations which the energy leaves open are decided. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Four doubles at a time, for inner loops whose sums have to stay in registers: compilers turn plain
- * loops into vectors, but not into tiles. Where the processor has shorter vectors, the compiler
- * splits these. */
+/* Four doubles at a time, for inner loops whose sums have to stay in registers: compilers turn
+ * plain loops into vectors, but not into tiles. Where the processor has shorter vectors, the
+ * compiler splits these. */
 #ifndef TUG_VECTOR_H
 #define TUG_VECTOR_H
 

@@ -61,17 +61,19 @@ static void start_rotations(const single_shape *shape, double *R)
 static double turn_locally(single_shape *shape, const rotation_energy *energy, double *R)
 {
     int32_t k = energy->k, kk = k * k;
-    double largest = 0.0;
+    double largest = 0.0, *next = shape->fit.V;
     for (int32_t g = 0; g < energy->groups; g++) {
-        double M[9], next[9];
+        double *M = next + g * kk;
         multiply_nt(k, shape->model->H + g * kk, R + g * kk, M);
         for (int32_t i = 0; i < kk; i++) {
             M[i] += energy->L[g * kk + i] - shape->fit.workspace.CR[g * kk + i];
         }
-        closest_rotation(k, M, next);
-        largest = fmax(largest, angle_between(k, next, R + g * kk));
-        memcpy(R + g * kk, next, (size_t)kk * sizeof *next);
     }
+    closest_rotations(k, energy->groups, next, next);
+    for (int32_t g = 0; g < energy->groups; g++) {
+        largest = fmax(largest, angle_between(k, next + g * kk, R + g * kk));
+    }
+    memcpy(R, next, (size_t)(energy->groups * kk) * sizeof *R);
     return largest;
 }
 
