@@ -153,32 +153,32 @@ PART void find_bands(int32_t k, int32_t groups, const double *R, double *bands)
     }
 }
 
-/* Row g from block `g` on at least. */
+/* Row g from block g + 1 on; so that it is whole vectors up to the end, perhaps from before that.
+ */
 PART void find_couplings(const rotation_energy *energy, int32_t k, const double *R, int32_t g,
-                         const rotation_workspace *w, double *restrict turned,
-                         double *restrict coupled)
+                         rotation_workspace *w)
 {
+    double *turned = w->turned, *coupled = w->columns;
+    const double *bands = w->bands;
     int32_t size = energy->groups * k, length = size + 2 * k - 1;
-    /* Whole vectors from there to the end, if the row is that long. */
-    int32_t vectors = (size - g * k + LANES - 1) / LANES;
-    int32_t first = vectors * LANES < size ? size - vectors * LANES : 0;
-    const double *C = energy->C + (size_t)(g * k) * (size_t)size;
-    for (int32_t j = first; j < size; j++) {
+    int32_t first = size - (size - (g + 1) * k + LANES - 1) / LANES * LANES;
+    const double *C = energy->C + (size_t)(g * k) * (size_t)size, *R_g = R + g * k * k;
+    for (int32_t j = first; j < size; j += LANES) {
         for (int32_t a = 0; a < k; a++) {
-            double sum = 0.0;
+            packed sum = {0.0};
             for (int32_t b = 0; b < k; b++) {
-                sum += R[(g * k + a) * k + b] * C[b * size + j];
+                sum += R_g[a * k + b] * *packed_at(C + b * size + j);
             }
-            turned[a * length + j + k - 1] = sum;
+            *writable_packed_at(turned + a * length + j + k - 1) = sum;
         }
     }
-    for (int32_t j = first; j < size; j++) {
+    for (int32_t j = first; j < size; j += LANES) {
         for (int32_t a = 0; a < k; a++) {
-            double sum = 0.0;
+            packed sum = {0.0};
             for (int32_t d = 0; d < 2 * k - 1; d++) {
-                sum += turned[a * length + j + d] * w->bands[d * size + j];
+                sum += *packed_at(turned + a * length + j + d) * *packed_at(bands + d * size + j);
             }
-            coupled[a * size + j] = sum;
+            *writable_packed_at(coupled + a * size + j) = sum;
         }
     }
 }
@@ -214,13 +214,24 @@ PART void put_own(int32_t k, const double *A, double *hessian, size_t size)
     }
 }
 
+/* A group's coupling with itself, R C R^T. */
+PART void find_own_coupling(const rotation_energy *energy, int32_t k, const double *R, int32_t g,
+                            double *M)
+{
+    int32_t size = energy->groups * k;
+    const double *C = energy->C + (size_t)(g * k) * (size_t)(size + 1);
+    double half[9];
+    multiply_strided(k, R + g * k * k, k, 1, C, size, 1, half);
+    multiply_nt(k, half, R + g * k * k, M);
+}
+
 /* Gradient of one group, and its own block of the Hessian. */
 PART void differentiate_group(const rotation_energy *energy, int32_t k, const double *R, int32_t g,
                               rotation_workspace *w)
 {
     int32_t kk = k * k, t = tangent_size(k);
     size_t size = (size_t)(energy->groups * t);
-    double pull[9], A[9];
+    double pull[9], A[9], own[9];
     for (int32_t i = 0; i < kk; i++) {
         pull[i] = energy->L[g * kk + i] - w->CR[g * kk + i];
     }
@@ -229,9 +240,10 @@ PART void differentiate_group(const rotation_energy *energy, int32_t k, const do
     for (int32_t i = 0; i < t; i++) {
         w->gradient[g * t + i] *= -1.0;
     }
-    /* A group's coupling with itself, tr(R C R^T), does not depend on R. */
+    /* tr(R C R^T) of a single group does not depend on R. */
+    find_own_coupling(energy, k, R, g, own);
     for (int32_t i = 0; i < kk; i++) {
-        A[i] += w->columns[(i / k * energy->groups + g) * k + i % k];
+        A[i] += own[i];
     }
     put_own(k, A, w->hessian + (size_t)(g * t) * (size + 1), size);
 }
@@ -243,8 +255,8 @@ PART void differentiate(const rotation_energy *energy, int32_t k, const double *
     size_t size = (size_t)(energy->groups * t), row = (size_t)(energy->groups * k);
     find_bands(k, energy->groups, R, w->bands);
     for (int32_t g = 0; g < energy->groups; g++) {
-        find_couplings(energy, k, R, g, w, w->turned, w->columns);
         differentiate_group(energy, k, R, g, w);
+        find_couplings(energy, k, R, g, w);
         double *hessian = w->hessian + (size_t)(g * t) * size;
         for (int32_t h = g + 1; h < energy->groups; h++) {
             put_coupling(k, w->columns + h * k, row, hessian + h * t, size);
