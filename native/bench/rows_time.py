@@ -20,6 +20,7 @@ from timing import position_seconds, seconds_of, solve_seconds
 
 FRAMES = 24  # of each path
 PATHS = 3
+END = 1e-7  # radians, the tolerance of the costs' own rotations
 MEMORY_ALLOWED = 4e9  # bytes, of the process with 100 handles
 GROWTH_BASE = {"n": 4000, "H": 10, "S": 6, "G": 20}
 GROWTH = {
@@ -74,8 +75,9 @@ def frame_rows(suite: Suite) -> Iterator[Row]:
 
 
 def single_shape_rows(suite: Suite) -> Iterator[Row]:
-    """A local and a global step, from solves of 50 and of 150 of them; and the whole problem by
-    Newton's method."""
+    """A local and global step, from solves of 50 and of 150 of them; the same problem to its end by
+    Newton's method and by such steps; and all of a pose of one shape."""
+    name = "single_shape_step"
     poses = tube(5000, 2)
     handles = poses.spread_handles(HANDLES)
     binding = bind(poses.shapes[0], poses.triangles, handles)
@@ -83,32 +85,50 @@ def single_shape_rows(suite: Suite) -> Iterator[Row]:
     alone = poses.first(1)
     given = (alone.shapes, alone.triangles, handles, binding)
     sizes = {"handles": HANDLES, "groups": int(binding.groups.max()) + 1}
-    times = [alternation_seconds(given, frames, rounds) for rounds in (50, 150)]
-    step = 1e6 * (times[1] - times[0]) / 100
-    metric = "a local and global step"
-    yield Row("single_shape_step", metric, "us", step, sizes=sizes)
+    times = [alternation_microseconds(given, frames, rounds) for rounds in (50, 150)]
+    step = (times[1] - times[0]) / 100
+    yield Row(name, "a local and global step", "us", step, sizes=sizes)
+    if "fast" in peers():
+        newton, steps = converged_microseconds(fast(given), frames)
+        peer, rounds = converged_microseconds(
+            fast(given, local_global=1, max_rounds=100_000, tolerance=END), frames
+        )
+        metric = f"rotations and costs to {END:g} radians, {steps:g} Newton steps"
+        yield compare(
+            *(name, metric, "us", newton, f"{rounds:g} local and global steps", peer),
+            *(True, sizes),
+        )
     method = Tug(*given)
     whole = 1e6 * float(np.median(solve_seconds(method.solver, frames, repeats=5)))
     metric = "all of a single shape's pose, cold, converged"
-    converged = converges(method, frames, suite, "single_shape_step")
-    yield Row("single_shape_step", metric, "us", whole, converged=converged, sizes=sizes)
+    converged = converges(method, frames, suite, name)
+    yield Row(name, metric, "us", whole, converged=converged, sizes=sizes)
 
 
-def alternation_seconds(given: tuple, frames: np.ndarray, rounds: int) -> float:
+def fast(given: tuple, **options: float) -> object:
+    """FAST on the shape that Tug would be given."""
+    from baselines import Fast
+
+    shapes, triangles, handles, binding = given
+    return Fast(shapes, triangles, handles, binding.weights, binding.groups, **options)
+
+
+def converged_microseconds(method: object, frames: np.ndarray) -> tuple[float, float]:
+    """Medians of the time and of the steps."""
+    times = [seconds_of(lambda at=frame: method.solve(at), 5).min() for frame in frames]
+    steps = [method.solve(frame).rounds for frame in frames]
+    return 1e6 * float(np.median(times)), float(np.median(steps))
+
+
+def alternation_microseconds(given: tuple, frames: np.ndarray, rounds: int) -> float:
     """Median of solves of so many rounds: by FAST's alternation where it was built, else by the
     paper's form on one shape. What Python adds is the same for any number of rounds."""
+    options = {"max_rounds": rounds, "tolerance": 1e-300}
     if "fast" in peers():
-        from baselines import Fast
-
-        shapes, triangles, handles, binding = given
-        method = Fast(
-            *(shapes, triangles, handles, binding.weights, binding.groups),
-            **{"local_global": 1, "max_rounds": rounds, "tolerance": 1e-300},
-        )
+        method = fast(given, local_global=1, **options)
     else:
-        method = Tug(*given, form=Form.PAPER, max_rounds=rounds, tolerance=1e-300)
-    times = [seconds_of(lambda at=frame: method.solve(at), 5).min() for frame in frames]
-    return float(np.median(times))
+        method = Tug(*given, form=Form.PAPER, **options)
+    return converged_microseconds(method, frames)[0]
 
 
 def position_rows(suite: Suite, name: str, vertices: int) -> Iterator[Row]:

@@ -35,16 +35,18 @@ static double update_rotations(tug_solver *solver)
 {
     int32_t k = solver->model->header.dimension, kk = k * k;
     int32_t S = solver->model->header.shapes, n = solver->model->header.groups * S;
-    double largest = 0.0, R[9];
+    double largest = 0.0, *R = solver->M;
     stack_rotations(solver, solver->V);
     find_pose_moments(solver, solver->V, solver->M);
     for (int32_t i = 0; i < n; i++) {
         add_orientation_pull(solver->model, &solver->oriented, i / S,
                              solver->model->stiffness[i / S], solver->M + i * kk);
-        closest_rotation(k, solver->M + i * kk, R);
-        largest = fmax(largest, angle_between(k, solver->R + i * kk, R));
-        memcpy(solver->R + i * kk, R, (size_t)kk * sizeof *R);
     }
+    closest_rotations(k, n, solver->M, R);
+    for (int32_t i = 0; i < n; i++) {
+        largest = fmax(largest, angle_between(k, solver->R + i * kk, R + i * kk));
+    }
+    memcpy(solver->R, R, (size_t)(n * kk) * sizeof *R);
     return largest;
 }
 

@@ -83,10 +83,11 @@ void contract_pair_rotations(const tug_model *model, const double *C, const doub
     int32_t n = model->header.groups * S;
     for (int32_t i = 0; i < n; i++) {
         for (int32_t j = i; j < n; j++) {
+            const double *block = component(model, C, i / S, j / S, 0) + i % S * S + j % S;
             double P[9], sum = 0.0;
             multiply_tn(k, R + i * kk, R + j * kk, P);
             for (int32_t ab = 0; ab < kk; ab++) {
-                sum += P[ab] * component(model, C, i / S, j / S, ab)[(i % S) * S + j % S];
+                sum += P[ab] * block[ab * S * S];
             }
             Q[(size_t)i * (size_t)n + (size_t)j] = sum;
         }

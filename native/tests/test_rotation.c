@@ -90,6 +90,25 @@ static void closest_rotation_beats_all_others(void)
     }
 }
 
+/* Whatever their neighbours are, and in place. */
+static void many_closest_rotations_are_those_of_each(void)
+{
+    enum { MOST = 11 };
+    uint64_t state = 8;
+    for (int32_t i = 0; i < 200; i++) {
+        int32_t k = 2 + i % 2, count = 1 + i / 2 % MOST;
+        double M[9 * MOST], R[9 * MOST];
+        for (int32_t m = 0; m < count; m++) {
+            make_matrix((i + m) % KINDS, &state, k, M + m * k * k);
+        }
+        memcpy(R, M, sizeof M);
+        closest_rotations(k, count, R, R);
+        for (int32_t m = 0; m < count; m++) {
+            CHECK(is_closest_rotation(&state, k, M + m * k * k, R + m * k * k));
+        }
+    }
+}
+
 static void closest_rotation_does_not_depend_on_the_scale(void)
 {
     uint64_t state = 2;
@@ -311,6 +330,7 @@ static void products_agree_with_each_other(void)
 int main(int argc, char **argv)
 {
     RUN(closest_rotation_beats_all_others);
+    RUN(many_closest_rotations_are_those_of_each);
     RUN(closest_rotation_does_not_depend_on_the_scale);
     RUN(closest_rotation_finds_the_one_that_carried_the_points);
     RUN(turning_is_the_exponential);
