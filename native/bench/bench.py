@@ -30,6 +30,7 @@ from rows_pose import certificate_rows, leave_one_out_rows, pose_rows  # noqa: E
 from rows_time import (  # noqa: E402
     frame_rows,
     growth_rows,
+    kernel_rows,
     many_handles_rows,
     position_rows,
     single_shape_rows,
@@ -45,6 +46,7 @@ PARTS = (
     (("single_shape_step",), lambda suite, wanted: single_shape_rows(suite)),
     (("positions_25k",), lambda suite, wanted: position_rows(suite, "positions_25k", 25_000)),
     (("positions_100k",), lambda suite, wanted: position_rows(suite, "positions_100k", 100_000)),
+    (("dense_kernels",), lambda suite, wanted: kernel_rows()),
     (("handles_100_shapes_20",), lambda suite, wanted: many_handles_rows(suite)),
     (("growth",), lambda suite, wanted: growth_rows(suite)),
     (("weights_20k",), lambda suite, wanted: weights_rows(suite, "weights_20k", 20_000, 3)),

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Rows on the time of solves and positions: frame, single_shape_step, positions_25k,
-positions_100k, handles_100_shapes_20, growth."""
+positions_100k, dense_kernels, handles_100_shapes_20, growth."""
 
 from __future__ import annotations
 
 import multiprocessing
 import resource
+import subprocess
 import time
 from collections.abc import Iterator
 
@@ -13,7 +14,17 @@ import numpy as np
 from continuity import draw_paths
 from data import ExampleSet, bind
 from generated import tube
-from library import Form, Mesh, Model, Rows, Solver, cluster_triangles, compute_weights, native
+from library import (
+    CHECKOUT,
+    Form,
+    Mesh,
+    Model,
+    Rows,
+    Solver,
+    cluster_triangles,
+    compute_weights,
+    native,
+)
 from methods import Tally, Tug, peers
 from suite import HANDLES, TABLE, Row, Suite, compare, not_run
 from timing import position_seconds, seconds_of, solve_seconds
@@ -148,6 +159,19 @@ def timed(call: object) -> float:
     start = time.perf_counter()
     call()
     return time.perf_counter() - start
+
+
+def kernel_rows() -> Iterator[Row]:
+    """The dense kernels of a solve beside OpenBLAS's, as they are inside libtug."""
+    program = CHECKOUT / "build" / "release" / "native" / "time_kernels"
+    if not program.exists():
+        yield not_run("dense_kernels", f"{program} was not built")
+        return
+    run = subprocess.run([program], check=True, capture_output=True, text=True)
+    for line in run.stdout.splitlines():
+        what, rows, ours, peer = line.split()
+        metric = f"{what}, {rows} rows"
+        yield compare("dense_kernels", metric, "us", float(ours), "OpenBLAS", float(peer), None, {})
 
 
 def many_handles_rows(suite: Suite) -> Iterator[Row]:
