@@ -99,10 +99,9 @@ void follow_moments(tug_solver *solver, const double *M)
 {
     int32_t k = solver->model->header.dimension;
     for (int32_t i = 0; i < pair_count(solver); i++) {
-        double held[9];
-        hold_moment(solver, i, M, held);
-        closest_rotation(k, held, solver->R + i * k * k);
+        hold_moment(solver, i, M, solver->R + i * k * k);
     }
+    closest_rotations(k, pair_count(solver), solver->R, solver->R);
 }
 
 void find_blended_moments(const tug_solver *solver, double *N)
