@@ -7,7 +7,6 @@ The report of each step goes to build/results; it is shown where the step fails.
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
 import subprocess
@@ -25,14 +24,11 @@ SECONDS_ALLOWED = "900"
 
 sys.path.insert(0, str(CHECKOUT / "blender_tests"))
 from blenders import (  # noqa: E402
-    CACHE,
     TESTED,
     Blender,
     Root,
     UnavailableError,
-    find_python,
-    make_environment,
-    make_in_cache,
+    provide_environment,
 )
 
 LIBRARY = CHECKOUT / "build" / "release" / "libtug.so"
@@ -85,7 +81,7 @@ def c_style(_report: Path) -> list[list[str]]:
 
 
 def python_style(_report: Path) -> list[list[str]]:
-    ruff = str(tools() / "bin" / "ruff")
+    ruff = str(Path(tools()).with_name("ruff"))
     return [
         [ruff, "check", "--no-cache", str(CHECKOUT)],
         [ruff, "format", "--no-cache", "--check", str(CHECKOUT)],
@@ -93,9 +89,8 @@ def python_style(_report: Path) -> list[list[str]]:
 
 
 def python_tests(report: Path) -> list[list[str]]:
-    python = str(tools() / "bin" / "python")
     tests = str(CHECKOUT / "native" / "tests" / "python")
-    return [[python, "-m", "pytest", "-q", "-rs", f"--junitxml={report}", tests]]
+    return [[tools(), "-m", "pytest", "-q", "-rs", f"--junitxml={report}", tests]]
 
 
 def blender_tests(blender: Blender) -> Callable[[Path], list[list[str]]]:
@@ -110,15 +105,10 @@ def blender_tests(blender: Blender) -> Callable[[Path], list[list[str]]]:
     return commands
 
 
-def tools() -> Path:
-    """Ruff and what the Python tests import, in a virtual environment in the cache."""
+def tools() -> str:
+    """The Python with ruff and what the Python tests import."""
     requirements = CHECKOUT / "native" / "tests" / "python" / "requirements.txt"
-    folder = CACHE / f"tools-{hashlib.sha256(requirements.read_bytes()).hexdigest()[:12]}"
-    if not folder.exists():
-        make_in_cache(
-            folder, lambda empty: make_environment(empty, find_python(), "-r", str(requirements))
-        )
-    return folder
+    return provide_environment("tools", requirements)
 
 
 STEPS = (

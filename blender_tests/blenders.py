@@ -6,6 +6,7 @@ Whatever is fetched goes to the cache once, under a temporary name until it is c
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
 import shutil
@@ -218,6 +219,17 @@ def make_environment(folder: Path, python: str, *requirements: str) -> None:
     run([python, "-m", "venv", str(folder)])
     pip = [str(folder / "bin" / "python"), "-m", "pip", "install", "--quiet", "--no-compile"]
     run([*pip, "--disable-pip-version-check", *requirements])
+
+
+def provide_environment(name: str, requirements: Path) -> str:
+    """The Python of a virtual environment in the cache that has what the file `requirements` lists;
+    made where it is missing, and anew where the file has changed."""
+    folder = CACHE / f"{name}-{hashlib.sha256(requirements.read_bytes()).hexdigest()[:12]}"
+    if not folder.exists():
+        make_in_cache(
+            folder, lambda empty: make_environment(empty, find_python(), "-r", str(requirements))
+        )
+    return str(folder / "bin" / "python")
 
 
 def find_python() -> str:

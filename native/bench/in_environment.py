@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""in_environment.py SCRIPT [ARGUMENTS]: run a script of this folder with what it imports, in a
-virtual environment in the cache, which is made where it is missing."""
+"""in_environment.py SCRIPT [ARGUMENTS]: run a script of this folder, or any given by its path, with
+what the requirements.txt beside it lists, in a virtual environment in the cache."""
 
 from __future__ import annotations
 
-import hashlib
 import os
 import sys
 from pathlib import Path
@@ -13,33 +12,18 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 
 sys.path.insert(0, str(HERE.parents[1] / "blender_tests"))
-from blenders import (  # noqa: E402
-    CACHE,
-    UnavailableError,
-    find_python,
-    make_environment,
-    make_in_cache,
-)
-
-
-def provide() -> Path:
-    """The environment of requirements.txt as it is now."""
-    requirements = HERE / "requirements.txt"
-    folder = CACHE / f"bench-{hashlib.sha256(requirements.read_bytes()).hexdigest()[:12]}"
-    if not folder.exists():
-        make_in_cache(
-            folder, lambda empty: make_environment(empty, find_python(), "-r", str(requirements))
-        )
-    return folder
+from blenders import UnavailableError, provide_environment  # noqa: E402
 
 
 def main() -> None:
+    given, *arguments = sys.argv[1:]
+    beside, elsewhere = HERE / given, Path(given).resolve()
+    script = beside if beside.exists() else elsewhere
     try:
-        python = str(provide() / "bin" / "python")
+        python = provide_environment(script.parent.name, script.with_name("requirements.txt"))
     except UnavailableError as reason:
         sys.exit(f"not run: {reason}")
-    script, *arguments = sys.argv[1:]
-    os.execv(python, [python, str(HERE / script), *arguments])
+    os.execv(python, [python, str(script), *arguments])
 
 
 if __name__ == "__main__":
