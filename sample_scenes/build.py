@@ -10,7 +10,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from sample_scenes import creature, face, snake, squares  # noqa: E402
+from sample_scenes import chameleon, creature, face, snake, squares  # noqa: E402
 from sample_scenes.blend_scene import suzanne  # noqa: E402
 from sample_scenes.sample import Sample  # noqa: E402
 from sample_scenes.script import arguments, registered, report, save_scene  # noqa: E402
@@ -18,6 +18,7 @@ from sample_scenes.script import arguments, registered, report, save_scene  # no
 SAMPLES: dict[str, Callable[[], Sample]] = {
     "squares": squares.sample,
     "snake": snake.sample,
+    "chameleon": chameleon.sample,
     "creature": creature.sample,
     "face": lambda: face.sample(*suzanne()),
 }

@@ -4,17 +4,14 @@ a half width along it; the body is the grid of points to the left and right of t
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from .sample import BASIS, Sample, Waypoint, grid_quads
 from .sculpt import bump, smoothstep
+from .spine import Along, spine
 
 ACROSS, ALONG = 9, 91
 LENGTH = 4.0
-
-Along = Callable[[np.ndarray], np.ndarray]
 
 
 def half_width(u: np.ndarray) -> np.ndarray:
@@ -31,15 +28,10 @@ def drawing(direction: Along, width: Along, length: float = LENGTH) -> np.ndarra
 
     direction: u in 0..1 -> angle of the spine in radians
     """
-    fine = np.linspace(0.0, 1.0, 1 + 20 * (ALONG - 1))
-    middle = direction((fine[1:] + fine[:-1]) / 2)
-    steps = np.stack([np.cos(middle), np.sin(middle)], axis=1) * length / len(middle)
-    spine = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])[::20]
-    u = fine[::20]
-    angle = direction(u)
-    left = np.stack([-np.sin(angle), np.cos(angle)], axis=1)
+    points, left = spine(direction, lambda u: np.full_like(u, length), ALONG)
+    half = width(np.linspace(0.0, 1.0, ALONG))
     side = np.linspace(1.0, -1.0, ACROSS)
-    flat = spine[:, None] + (width(u)[:, None] * side)[..., None] * left[:, None]
+    flat = points[:, None] + (half[:, None] * side)[..., None] * left[:, None]
     flat = flat.reshape(-1, 2)
     flat -= flat.mean(axis=0)
     return np.column_stack([flat, np.zeros(len(flat))])
