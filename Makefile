@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# make demo | test | bench | measurements | build | lint | sanitize. Each installs what it lacks and then calls CMake.
-# make test ONLY=words runs the steps with these words in their name.
+# make demo | test | bench | measurements | figures | build | lint | sanitize. Each installs what it
+# lacks and then calls CMake.
+# make test ONLY=words runs the steps with these words in their name; make figures ONLY="NAME..."
+# draws the figures of these names.
 
-.PHONY: demo test bench measurements build lint sanitize ready ready-for-tests
+.PHONY: demo test bench measurements figures build lint sanitize ready ready-for-tests
 
 demo: build
 	python3 blender_tests/run_script.py sample_scenes/demo.py
@@ -15,6 +17,9 @@ bench: build
 
 measurements: bench
 	python3 native/bench/report.py
+
+figures: build
+	python3 native/bench/in_environment.py docs/figures/make.py $(ONLY)
 
 build: ready
 	cmake --preset release

@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the figures use of the project, importable from a script in any folder."""
+
+import sys
+from pathlib import Path
+
+CHECKOUT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(CHECKOUT), str(CHECKOUT / "native" / "bench")]
+
+from baselines import METHODS  # noqa: E402
+from continuity import farthest  # noqa: E402
+from data import Binding, bind  # noqa: E402
+from library import Form, Mesh, Model, Rows, Solver  # noqa: E402
+
+from sample_scenes import chameleon, creature, snake, squares  # noqa: E402
+from sample_scenes.sample import Sample  # noqa: E402
+
+__all__ = [
+    "METHODS",
+    "Binding",
+    "Form",
+    "Mesh",
+    "Model",
+    "Rows",
+    "Sample",
+    "Solver",
+    "bind",
+    "chameleon",
+    "creature",
+    "farthest",
+    "snake",
+    "squares",
+]
