@@ -424,7 +424,7 @@ tug_status tug_get_model_sizes(const tug_model *model, tug_model_sizes *sizes)
         .rows = header->rows,
         .groups = header->groups,
         .unknowns = model->energy.unknowns,
-        .rank = header->rank,
+        .rank = *model->energy.rank,
     };
     return TUG_OK;
 }

@@ -6,15 +6,12 @@
 
 #include <string.h>
 
-/* The S by S entries of component (a, b) of the blocks of groups g and h. */
+/* The S by S entries of component (a, b) of the blocks of groups g <= h. */
 static const double *component(const tug_model *model, const double *C, int32_t g, int32_t h,
                                int32_t ab)
 {
-    size_t G = (size_t)model->header.groups, kk = (size_t)model->header.dimension;
-    size_t SS = (size_t)model->header.shapes;
-    kk *= kk;
-    SS *= SS;
-    return C + (((size_t)g * G + (size_t)h) * kk + (size_t)ab) * SS;
+    size_t S = (size_t)model->header.shapes;
+    return C + coupling_offset(&model->energy, g, h) + (size_t)ab * S * S;
 }
 
 static void mirror_lower(double *Q, size_t n)
@@ -129,13 +126,18 @@ void contract_blend_row(const tug_model *model, const double *C, int32_t pair, c
                         double *X)
 {
     int32_t kk = model->header.dimension * model->header.dimension;
-    int32_t G = model->header.groups, S = model->header.shapes;
+    int32_t G = model->header.groups, k = model->header.dimension, S = model->header.shapes;
+    int32_t g = pair / S, s = pair % S;
     memset(X, 0, (size_t)(G * kk) * sizeof *X);
     for (int32_t h = 0; h < G; h++) {
-        const double *row = component(model, C, pair / S, h, 0) + pair % S * S;
+        /* The block of two groups, later group first, is the transpose of what is stored. */
+        int32_t swapped = h < g, step = swapped ? S : 1;
+        const double *entries =
+            swapped ? component(model, C, h, g, 0) + s : component(model, C, g, h, 0) + s * S;
         for (int32_t t = 0; t < S; t++) {
             for (int32_t ab = 0; ab < kk && B[h * S + t] != 0.0; ab++) {
-                X[h * kk + ab] += B[h * S + t] * row[ab * S * S + t];
+                int32_t stored = swapped ? ab % k * k + ab / k : ab;
+                X[h * kk + ab] += B[h * S + t] * entries[stored * S * S + t * step];
             }
         }
     }

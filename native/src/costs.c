@@ -25,9 +25,10 @@ int costs_create(const tug_model *model, shape_costs *c)
     c->difference = allocate(b * k, sizeof *c->difference);
     c->product = allocate(b * k, sizeof *c->product);
     c->placed = allocate((size_t)model->header.rows * k, sizeof *c->placed);
+    c->recovery = allocate(recovery_size(&model->shape->energy, (int32_t)k), sizeof *c->recovery);
     int room = rotation_workspace_create((int32_t)G, (int32_t)k, &c->workspace);
     return room && c->D && c->rotations && c->R && c->L && c->V && c->T && c->difference &&
-           c->product && c->placed;
+           c->product && c->placed && c->recovery;
 }
 
 void costs_destroy(shape_costs *c)
@@ -41,6 +42,7 @@ void costs_destroy(shape_costs *c)
     release(c->difference);
     release(c->product);
     release(c->placed);
+    release(c->recovery);
     rotation_workspace_destroy(&c->workspace);
 }
 
@@ -86,16 +88,18 @@ static double quadratic_part(const double *L, int32_t b, int32_t k, const double
     return dot(T, LT, (size_t)(b * k));
 }
 
-/* difference = T - T_s R^T. T_s has, for each weight function, the shape's middle and the identity.
- */
-static void subtract_turned_shape(const tug_model *model, int32_t s, const double *R,
+/* difference = T - T_s R^T in the columns that group g sees. T_s has, for each weight function, the
+ * shape's middle and the identity. */
+static void subtract_turned_shape(const tug_model *model, int32_t s, int32_t g, const double *R,
                                   const double *T, double *difference)
 {
     int32_t k = model->header.dimension, coordinates = model->header.shapes * k;
-    for (int32_t h = 0; h < model->header.weights; h++) {
+    const int32_t *functions = support_of(&model->support, g);
+    for (int32_t f = 0; f < support_count(&model->support, g); f++) {
+        int32_t h = functions[f];
         const double *middle = model->middles + h * coordinates + s * k;
         const double *from = T + h * (1 + k) * k;
-        double *to = difference + h * (1 + k) * k;
+        double *to = difference + f * (1 + k) * k;
         for (int32_t a = 0; a < k; a++) {
             to[a] = from[a] - model->constant[h] * dot(R + a * k, middle, (size_t)k);
             for (int32_t c = 0; c < k; c++) {
@@ -113,18 +117,19 @@ static void find_group_costs(const tug_model *model, const holding *held,
 {
     int32_t k = model->header.dimension, kk = k * k, S = model->header.shapes;
     const shape_model *shape = model->shape + s;
-    int32_t b = shape->energy.unknowns;
     for (int32_t i = 0; i < shape->energy.turned * k; i++) {
         c->V[i] = c->R[(i / kk) * kk + (i % k) * k + i / k % k];
     }
     settle_rows(model, held, s, c->V, Y, c->placed);
-    recover_transforms(&shape->energy, c->V, c->placed, k, c->T);
+    recover_transforms(&shape->energy, c->V, c->placed, k, c->recovery, c->T);
     for (int32_t g = 0; g < model->header.groups; g++) {
         double R[9];
         multiply(k, c->R + g * kk, model->align + (g * S + s) * kk, R);
-        subtract_turned_shape(model, s, R, c->T, c->difference);
-        const double *L = shape->L + (size_t)g * (size_t)b * (size_t)b;
-        c->D[g * S + s] = fmax(quadratic_part(L, b, k, c->difference, c->product), 0.0);
+        subtract_turned_shape(model, s, g, R, c->T, c->difference);
+        double energy =
+            quadratic_part(group_form(model, shape, g), group_columns(&shape->energy, g), k,
+                           c->difference, c->product);
+        c->D[g * S + s] = fmax(energy, 0.0);
         c->D[g * S + s] += orientation_energy(model, oriented, g, c->R + g * kk);
     }
     for (int32_t r = 0; r < model->header.rows; r++) {

@@ -19,6 +19,7 @@ typedef struct shape_costs {
     double *R, *L, *V;                /* of one shape: #G by k by k */
     double *T, *difference, *product; /* of one shape: #W (k + 1) by k */
     double *placed;                   /* of one shape: #H by k */
+    double *recovery;                 /* recover_transforms' work */
 } shape_costs;
 
 /* Returns 0 where memory is short; it can then be destroyed all the same. */

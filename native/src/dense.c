@@ -41,6 +41,16 @@ void add_product_nt(int32_t m, int32_t n, int32_t l, double alpha, const double 
                 ldc);
 }
 
+void add_upper_gram(int32_t n, int32_t l, double alpha, const double *A, double *C)
+{
+    cblas_dsyrk(CblasRowMajor, CblasUpper, CblasTrans, n, l, alpha, A, n, 1.0, C, n);
+}
+
+void add_symmetric_product(int32_t m, int32_t n, const double *A, const double *B, double *C)
+{
+    cblas_dsymm(CblasRowMajor, CblasRight, CblasLower, m, n, 1.0, B, n, A, n, 1.0, C, n);
+}
+
 int32_t pivoted_cholesky(double *A, int32_t n, double tolerance, int32_t *pivots, double *work)
 {
     /* A row-major upper triangle is a column-major lower one: A = L L^T there is G^T G here. */

@@ -30,9 +30,16 @@ void add_thin_product_tn(int32_t l, int32_t n, int32_t k, const double *A, const
 void add_product_nt(int32_t m, int32_t n, int32_t l, double alpha, const double *A, int32_t lda,
                     const double *B, int32_t ldb, double *C, int32_t ldc);
 
+/* The upper triangle of C, n by n, += alpha A^T A; A l by n. */
+void add_upper_gram(int32_t n, int32_t l, double alpha, const double *A, double *C);
+
+/* C += A B, B symmetric, n by n, of which the lower triangle is read; A and C m by n. */
+void add_symmetric_product(int32_t m, int32_t n, const double *A, const double *B, double *C);
+
 /* P^T A P = G^T G for the largest well-conditioned leading part. A, n by n and symmetric, is
- * overwritten by the upper triangular G (n apart, its lower part unspecified); pivots[i] is the row
- * of A that came i-th. Stops at the first pivot below `tolerance`. work: 2 n. Returns the rank. */
+ * overwritten by the upper triangular G (n apart, what is below stays as it was); pivots[i] is the
+ * row of A that came i-th. Stops at the first pivot below `tolerance`. work: 2 n. Returns the rank.
+ */
 int32_t pivoted_cholesky(double *A, int32_t n, double tolerance, int32_t *pivots, double *work);
 
 /* rows by r, in place: V <- V G^-1 with the upper triangular G, r by r, ldg apart. */

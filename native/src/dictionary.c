@@ -47,21 +47,35 @@ void store_weight_columns(const dictionary *D, const double *weights, double *co
     }
 }
 
+/* The columns of weight function h. */
+static void add_function(const dictionary *D, int32_t h, int32_t vertex, double factor,
+                         double *block)
+{
+    int32_t coordinates = D->shapes * D->dimension;
+    size_t n = (size_t)D->vertices, v = (size_t)vertex;
+    double weight = factor * D->weight_columns[(size_t)h * n + v];
+    if (weight == 0.0) {
+        return;
+    }
+    const double *middle = D->middles + (size_t)h * (size_t)coordinates;
+    block[0] += weight;
+    for (int32_t c = 0; c < coordinates; c++) {
+        block[1 + c] += weight * (D->shape_columns[(size_t)c * n + v] - middle[c]);
+    }
+}
+
 void add_dictionary_row(const dictionary *D, int32_t vertex, double factor, double *row)
 {
-    int32_t coordinates = D->shapes * D->dimension, columns = block_columns(D);
-    size_t n = (size_t)D->vertices, v = (size_t)vertex;
     for (int32_t h = 0; h < D->weights; h++) {
-        double weight = factor * D->weight_columns[(size_t)h * n + v];
-        if (weight == 0.0) {
-            continue;
-        }
-        double *block = row + (size_t)h * (size_t)columns;
-        const double *middle = D->middles + (size_t)h * (size_t)coordinates;
-        block[0] += weight;
-        for (int32_t c = 0; c < coordinates; c++) {
-            block[1 + c] += weight * (D->shape_columns[(size_t)c * n + v] - middle[c]);
-        }
+        add_function(D, h, vertex, factor, row + (size_t)h * (size_t)block_columns(D));
+    }
+}
+
+void add_partial_row(const dictionary *D, const int32_t *functions, int32_t count, int32_t vertex,
+                     double factor, double *row)
+{
+    for (int32_t i = 0; i < count; i++) {
+        add_function(D, functions[i], vertex, factor, row + (size_t)i * (size_t)block_columns(D));
     }
 }
 

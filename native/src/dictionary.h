@@ -44,6 +44,10 @@ void store_weight_columns(const dictionary *D, const double *weights, double *co
 /* row += factor D_v, one vertex's row of all columns. */
 void add_dictionary_row(const dictionary *D, int32_t vertex, double factor, double *row);
 
+/* The same with the columns of `count` weight functions alone. */
+void add_partial_row(const dictionary *D, const int32_t *functions, int32_t count, int32_t vertex,
+                     double factor, double *row);
+
 /* The middle of each shape as weight function h sees it: its mean weighted by masses and W_h^2. */
 void find_middles(const dictionary *D, const double *mass, double *middles);
 

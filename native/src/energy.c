@@ -18,7 +18,9 @@ struct energy_workspace {
     int32_t *vertices;        /* of the present group; 3 #F at most, #V in fact */
     int32_t *corner_starts;   /* local vertices + 1 */
     int32_t *corners;         /* 3 #F: 3 t + c of the present group, by local vertex */
-    double *D_rows, *LD_rows; /* BLOCK_ROWS by b */
+    const int32_t *functions; /* the present group's weight functions, `columns` in all */
+    int32_t function_count, columns;
+    double *D_rows, *LD_rows; /* BLOCK_ROWS by columns */
     double *P_rows, *LP_rows; /* BLOCK_ROWS by p */
 };
 
@@ -138,7 +140,7 @@ static void add_shape_row(const dictionary *D, int32_t vertex, double factor, do
  * difference along the edge. */
 static void make_rows(energy_workspace *w, int32_t i, int32_t row)
 {
-    size_t b = (size_t)dictionary_columns(w->D), p = (size_t)(block_columns(w->D) - 1);
+    size_t b = (size_t)w->columns, p = (size_t)(block_columns(w->D) - 1);
     double *LD = w->LD_rows + (size_t)row * b, *LP = w->LP_rows + (size_t)row * p;
     double own = 0.0;
     for (int32_t e = w->corner_starts[i]; e < w->corner_starts[i + 1]; e++) {
@@ -147,29 +149,34 @@ static void make_rows(energy_workspace *w, int32_t i, int32_t row)
         for (int32_t step = 1; step <= 2; step++) {
             int32_t other = w->mesh->triangles[3 * t + (c + step) % 3];
             double weight = stiffness * w->mesh->half_cotangent[3 * t + (c + 3 - step) % 3];
-            add_dictionary_row(w->D, other, -weight, LD);
+            add_partial_row(w->D, w->functions, w->function_count, other, -weight, LD);
             add_shape_row(w->D, other, -weight, LP);
             own += weight;
         }
     }
-    add_dictionary_row(w->D, w->vertices[i], own, LD);
-    add_shape_row(w->D, w->vertices[i], own, LP);
-    add_dictionary_row(w->D, w->vertices[i], 1.0, w->D_rows + (size_t)row * b);
-    add_shape_row(w->D, w->vertices[i], 1.0, w->P_rows + (size_t)row * p);
+    int32_t v = w->vertices[i];
+    add_partial_row(w->D, w->functions, w->function_count, v, own, LD);
+    add_shape_row(w->D, v, own, LP);
+    add_partial_row(w->D, w->functions, w->function_count, v, 1.0, w->D_rows + (size_t)row * b);
+    add_shape_row(w->D, v, 1.0, w->P_rows + (size_t)row * p);
 }
 
 static void clear_rows(energy_workspace *w)
 {
-    size_t b = (size_t)dictionary_columns(w->D), p = (size_t)(block_columns(w->D) - 1);
+    size_t b = (size_t)w->columns, p = (size_t)(block_columns(w->D) - 1);
     memset(w->D_rows, 0, BLOCK_ROWS * b * sizeof *w->D_rows);
     memset(w->LD_rows, 0, BLOCK_ROWS * b * sizeof *w->LD_rows);
     memset(w->P_rows, 0, BLOCK_ROWS * p * sizeof *w->P_rows);
     memset(w->LP_rows, 0, BLOCK_ROWS * p * sizeof *w->LP_rows);
 }
 
-void find_group_energy(energy_workspace *w, int32_t group, group_energy *energy)
+void find_group_energy(energy_workspace *w, int32_t group, const int32_t *functions,
+                       int32_t function_count, group_energy *energy)
 {
-    int32_t b = dictionary_columns(w->D), p = block_columns(w->D) - 1;
+    int32_t b = function_count * block_columns(w->D), p = block_columns(w->D) - 1;
+    w->functions = functions;
+    w->function_count = function_count;
+    w->columns = b;
     memset(energy->L, 0, (size_t)b * (size_t)b * sizeof *energy->L);
     memset(energy->K, 0, (size_t)p * (size_t)b * sizeof *energy->K);
     memset(energy->H, 0, (size_t)p * (size_t)p * sizeof *energy->H);

@@ -9,7 +9,7 @@
 #include "dictionary.h"
 #include "mesh.h"
 
-/* Row-major, b = dictionary_columns, p = #S k. */
+/* Row-major; b columns, those of the weight functions that are asked for; p = #S k. */
 typedef struct group_energy {
     double *L; /* b by b: D^T L_g D */
     double *K; /* p by b: P^T L_g D, the K~ of (A 16) for all shapes */
@@ -25,8 +25,10 @@ tug_status energy_workspace_create(const tug_mesh *mesh, const dictionary *D, co
                                    energy_workspace **out);
 void energy_workspace_destroy(energy_workspace *workspace);
 
-/* Overwrite `energy` with the constants of one group. O(vertices of the group times b^2). */
-void find_group_energy(energy_workspace *workspace, int32_t group, group_energy *energy);
+/* Overwrite `energy` with the constants of one group in the columns of `count` weight functions:
+ * all that are not zero on it. O(vertices of the group times b^2). */
+void find_group_energy(energy_workspace *workspace, int32_t group, const int32_t *functions,
+                       int32_t count, group_energy *energy);
 
 /* middle[h]: the mean of weight function h over the area of the group, which is returned. */
 double find_group_weights(const energy_workspace *workspace, int32_t group, double *middle);

@@ -140,14 +140,14 @@ static void map_form(const holding *held, const reduction *from, downdate *d)
     solve_right_upper(d->X, t + h, f, d->A, f, f);
 }
 
-/* C -= X X^T in the joint problem's blocks (see tug_model). */
+/* C -= X X^T in the joint problem's blocks (see reduction). */
 static void reduce_blocks(const tug_model *model, int32_t f, const downdate *d, double *C)
 {
     int32_t k = model->header.dimension, S = model->header.shapes, G = model->header.groups;
     int32_t p = S * k;
     size_t size = (size_t)p * (size_t)p;
     for (int32_t g = 0; g < G; g++) {
-        for (int32_t h = 0; h < G; h++, C += size) {
+        for (int32_t h = g; h < G; h++, C += size) {
             memset(d->block, 0, size * sizeof *d->block);
             add_product_nt(p, p, f, 1.0, d->X + (size_t)(g * p) * (size_t)f, f,
                            d->X + (size_t)(h * p) * (size_t)f, f, d->block, p);
@@ -175,17 +175,17 @@ static void store_give(const holding *held, int32_t size, downdate *d, double *g
 
 static tug_status allocate_yielding(const reduction *from, int32_t count, yielding *y)
 {
-    size_t t = (size_t)from->turned, h = (size_t)from->rows;
+    size_t t = (size_t)from->turned, h = (size_t)from->rows, size = coupling_size(from);
     y->energy = *from;
-    y->own = allocate(t * t + t * h + h * h, sizeof *y->own);
+    y->own = allocate(size + t * h + h * h, sizeof *y->own);
     y->give = allocate((size_t)count * (t + h), sizeof *y->give);
     if (y->own == NULL || y->give == NULL) {
         return fail_memory();
     }
     y->energy.C = y->own;
-    y->energy.KF = y->energy.C + t * t;
+    y->energy.KF = y->energy.C + size;
     y->energy.FLF = y->energy.KF + t * h;
-    memcpy(y->energy.C, from->C, t * t * sizeof(double));
+    memcpy(y->energy.C, from->C, size * sizeof(double));
     memcpy(y->energy.KF, from->KF, t * h * sizeof(double));
     memcpy(y->energy.FLF, from->FLF, h * h * sizeof(double));
     return TUG_OK;

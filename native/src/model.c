@@ -1,12 +1,16 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "model.h"
 
+#include "factor.h"
 #include "memory.h"
 
-/* Hands out consecutive parts of a block, or only counts them where there is no block yet. */
+#include <string.h>
+
+/* Hands out consecutive parts of the blocks, or only counts them where there are none yet. */
 typedef struct cursor {
     double *data;
-    size_t used;
+    int32_t *indices;
+    size_t used, indices_used;
 } cursor;
 
 static double *take(cursor *at, size_t count)
@@ -16,39 +20,75 @@ static double *take(cursor *at, size_t count)
     return part;
 }
 
-static void lay_out_reduction(cursor *at, reduction *r, size_t turned, size_t rows, size_t unknowns)
+static int32_t *take_indices(cursor *at, size_t count)
 {
-    r->turned = (int32_t)turned;
-    r->rows = (int32_t)rows;
-    r->unknowns = (int32_t)unknowns;
-    r->C = take(at, turned * turned);
-    r->KF = take(at, turned * rows);
-    r->FLF = take(at, rows * rows);
-    r->ZK = take(at, turned * unknowns);
-    r->F = take(at, rows * unknowns);
+    int32_t *part = at->indices != NULL ? at->indices + at->indices_used : NULL;
+    at->indices_used += count;
+    return part;
 }
 
-static size_t lay_out(tug_model *model, double *data)
+/* shapes: of the blocks of C, or 0 for the square one of a single shape. */
+static void lay_out_reduction(cursor *at, const tug_model *model, int32_t shapes, reduction *r)
+{
+    const model_header *header = &model->header;
+    int32_t k = header->dimension, together = shapes > 0 ? shapes : 1;
+    *r = (reduction){
+        .support = &model->support,
+        .groups = header->groups,
+        .group_rows = together * k,
+        .turned = header->groups * together * k,
+        .rows = header->rows,
+        .unknowns = header->weights * (1 + together * k),
+        .block = 1 + together * k,
+        .shapes = shapes,
+    };
+    size_t h = (size_t)r->rows, b = (size_t)r->unknowns, turned = (size_t)r->turned;
+    r->rank = take_indices(at, 1);
+    r->pivots = take_indices(at, b);
+    r->scale = take(at, b);
+    r->factor = take(at, factor_size(r->unknowns));
+    r->K = take(at, (size_t)header->seen * (size_t)(r->block * r->group_rows));
+    r->X = take(at, h * b);
+    r->C = take(at, coupling_size(r));
+    r->KF = take(at, turned * h);
+    r->FLF = take(at, h * h);
+    r->F = take(at, h * b);
+}
+
+/* Doubles of the forms of one shape, and where each group's begins. */
+static size_t lay_out_forms(tug_model *model)
+{
+    size_t used = 0;
+    for (int32_t g = 0; g < model->header.groups; g++) {
+        size_t columns =
+            (size_t)(support_count(&model->support, g) * (1 + model->header.dimension));
+        model->form_offsets[g] = used;
+        used += columns * columns;
+    }
+    return used;
+}
+
+static cursor lay_out(tug_model *model, double *data, int32_t *indices)
 {
     const model_header *header = &model->header;
     size_t n = (size_t)header->vertices, k = (size_t)header->dimension;
     size_t S = (size_t)header->shapes, m = (size_t)header->weights;
-    size_t h = (size_t)header->rows, G = (size_t)header->groups;
-    cursor at = {data, 0};
+    size_t h = (size_t)header->rows, G = (size_t)header->groups, forms = lay_out_forms(model);
+    cursor at = {data, indices, 0, 0};
+    take_indices(&at, G + 1 + (size_t)header->seen); /* the support */
     model->shape_columns = take(&at, S * k * n);
     model->weight_columns = take(&at, m * n);
     model->middles = take(&at, m * S * k);
     model->constant = take(&at, m);
-    lay_out_reduction(&at, &model->energy, G * S * k, h, m * (1 + S * k));
+    lay_out_reduction(&at, model, header->shapes, &model->energy);
     model->align = take(&at, G * S * k * k);
     model->H = take(&at, G * S * k * S * k);
     model->stiffness = take(&at, G);
     model->nearness = take(&at, G * h);
     for (size_t s = 0; s < S; s++) {
         shape_model *shape = model->shape + s;
-        size_t b = m * (1 + k);
-        lay_out_reduction(&at, &shape->energy, G * k, h, b);
-        shape->L = take(&at, G * b * b);
+        lay_out_reduction(&at, model, 0, &shape->energy);
+        shape->L = take(&at, forms);
         shape->rows = take(&at, h * k);
     }
     model->dictionary = (dictionary){
@@ -60,35 +100,53 @@ static size_t lay_out(tug_model *model, double *data)
         .weight_columns = model->weight_columns,
         .middles = model->middles,
     };
-    return at.used;
+    at.indices_used += at.indices_used % 2; /* keeps what follows aligned to doubles */
+    return at;
 }
 
 void model_destroy(tug_model *model)
 {
     if (model != NULL) {
         release(model->data);
+        release(model->indices);
+        release(model->form_offsets);
         release(model->shape);
         release(model);
     }
 }
 
-tug_status model_allocate(const model_header *header, tug_model **out)
+static void copy_support(tug_model *model, const support *seen)
+{
+    size_t starts = (size_t)model->header.groups + 1;
+    model->support = (support){model->indices, model->indices + starts};
+    memcpy(model->support.starts, seen->starts, starts * sizeof *seen->starts);
+    memcpy(model->support.functions, seen->functions,
+           (size_t)model->header.seen * sizeof *seen->functions);
+}
+
+tug_status model_allocate(const model_header *header, const support *seen, tug_model **out)
 {
     tug_model *model = allocate(1, sizeof *model);
     if (model == NULL) {
         return fail_memory();
     }
     model->header = *header;
+    model->support = *seen;
     model->shape = allocate((size_t)header->shapes, sizeof *model->shape);
-    if (model->shape != NULL) {
-        model->data_count = lay_out(model, NULL);
-        model->data = allocate(model->data_count, sizeof *model->data);
+    model->form_offsets = allocate((size_t)header->groups, sizeof *model->form_offsets);
+    if (model->shape != NULL && model->form_offsets != NULL) {
+        cursor end = lay_out(model, NULL, NULL);
+        model->index_count = end.indices_used;
+        model->data_count = end.used;
+        model->indices = allocate(end.indices_used, sizeof *model->indices);
+        model->data = allocate(end.used, sizeof *model->data);
     }
-    if (model->data == NULL) {
+    if (model->data == NULL || model->indices == NULL) {
         model_destroy(model);
         return fail_memory();
     }
-    lay_out(model, model->data);
+    copy_support(model, seen);
+    lay_out(model, model->data, model->indices);
     *out = model;
     return TUG_OK;
 }

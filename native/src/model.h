@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* The constants of every solve. All of them are doubles in one block, `data`, whose layout follows
- * from the sizes: a model is saved and loaded as sizes and block.
+/* The constants of every solve: whole numbers in one block, `indices`, and doubles in another,
+ * `data`, whose layouts follow from the sizes. A model is saved and loaded as sizes and blocks.
  *
  * Lengths are in units of the rest shape's diagonal. Shapes are turned to the rest shape group by
  * group at bind time: where group g of shape s stands for rotation R in the papers, it is R Q_gs
@@ -14,7 +14,7 @@
 
 typedef struct model_header {
     int32_t vertices, dimension, shapes, weights, rows, groups;
-    int32_t rank;
+    int32_t seen;     /* weight functions that groups see, summed over the groups */
     int32_t reserved; /* zero: keeps the doubles aligned without padding */
     double unit;      /* the rest shape's diagonal */
 } model_header;
@@ -22,22 +22,25 @@ typedef struct model_header {
 /* One shape alone (the single-shape problems of section 5.2): its dictionary has k + 1 columns a
  * weight function. */
 typedef struct shape_model {
-    reduction energy; /* one rotation per group; C holds H */
-    double *L;        /* #G by b_s by b_s: each group's own quadratic form */
+    reduction energy; /* one rotation per group */
+    double *L;        /* each group's own quadratic form in the columns it sees, see group_form */
     double *rows;     /* #H by k: the constraint rows' values in this shape */
 } shape_model;
 
 struct tug_model {
     model_header header;
-    size_t data_count;
+    size_t index_count, data_count;
+    int32_t *indices;
     double *data;
+
+    support support;
+    size_t *form_offsets; /* #G: see group_form */
 
     dictionary dictionary;
     double *shape_columns, *weight_columns, *middles;
     double *constant; /* #W: sum_h constant_h W_h = 1 */
 
-    /* The joint problem: V has a block for each pair (g, s). `energy.C` is laid out in blocks,
-     * #G by #G by k by k by #S by #S, the order in which blends and rotations contract it. */
+    /* The joint problem: V has a block for each pair (g, s). */
     reduction energy;
     double *align;     /* Q_gs: #G by #S by k by k */
     double *H;         /* #G by #S k by #S k: (A 19), aligned */
@@ -56,8 +59,15 @@ void model_destroy(tug_model *model);
 /* The group that a row says most about. */
 int32_t nearest_group(const tug_model *model, int32_t row);
 
-/* A model of these sizes with its data zero. */
-tug_status model_allocate(const model_header *header, tug_model **out);
+/* A model of these sizes with its data zero. seen: the groups' weight functions, header.seen in
+ * all. */
+tug_status model_allocate(const model_header *header, const support *seen, tug_model **out);
+
+/* The form of group g of one shape: group_columns(&shape->energy, g) square. */
+static inline double *group_form(const tug_model *model, const shape_model *shape, int32_t g)
+{
+    return shape->L + model->form_offsets[g];
+}
 
 size_t model_blob_size(const tug_model *model);
 tug_status model_save(const tug_model *model, void *blob, size_t size);

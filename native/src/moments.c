@@ -30,19 +30,29 @@ static void find_stiffness(const tug_model *model, int32_t i, int32_t j, double 
     }
 }
 
+/* Component (a, b) of C_ij; of two groups the block of the earlier one first is stored. */
+static double joint_entry(const tug_solver *solver, int32_t i, int32_t j, int32_t ab)
+{
+    const reduction *energy = joint_energy(solver);
+    int32_t S = energy->shapes, k = solver->model->header.dimension;
+    if (i / S > j / S) {
+        return joint_entry(solver, j, i, ab % k * k + ab / k);
+    }
+    size_t block = coupling_offset(energy, i / S, j / S);
+    return energy->C[block + (size_t)((ab * S + i % S) * S + j % S)];
+}
+
 /* A_ij = H_ij - C_ij, pairs of different groups having no H_ij. */
 static void find_own_block(const tug_solver *solver, int32_t i, int32_t j, double *block)
 {
     const tug_model *model = solver->model;
-    size_t G = (size_t)model->header.groups, S = (size_t)model->header.shapes;
-    size_t kk = (size_t)(model->header.dimension * model->header.dimension);
-    size_t g = (size_t)i / S, h = (size_t)j / S, s = (size_t)i % S, t = (size_t)j % S;
-    memset(block, 0, kk * sizeof *block);
-    if (g == h) {
+    int32_t kk = model->header.dimension * model->header.dimension, S = model->header.shapes;
+    memset(block, 0, (size_t)kk * sizeof *block);
+    if (i / S == j / S) {
         find_stiffness(model, i, j, block);
     }
-    for (size_t ab = 0; ab < kk; ab++) {
-        block[ab] -= joint_energy(solver)->C[(((g * G + h) * kk + ab) * S + s) * S + t];
+    for (int32_t ab = 0; ab < kk; ab++) {
+        block[ab] -= joint_entry(solver, i, j, ab);
     }
 }
 

@@ -37,62 +37,90 @@ static void make_orthonormal(double *N, size_t size, size_t columns)
     }
 }
 
-static void gather_form(const reduction *energy, double *M)
+/* Room for the products of the form with N. */
+typedef struct projection {
+    double *N, *MN; /* turned + rows by columns */
+    double *NMN;    /* columns square */
+    double *block;  /* group_rows square */
+    int32_t columns;
+} projection;
+
+/* MN <- the form times N. */
+static void multiply_form(const reduction *r, projection *w)
 {
-    size_t t = (size_t)energy->turned, h = (size_t)energy->rows, size = t + h;
-    for (size_t i = 0; i < t; i++) {
-        memcpy(M + i * size, energy->C + i * t, t * sizeof *M);
-        for (size_t r = 0; r < h; r++) {
-            M[i * size + t + r] = M[(t + r) * size + i] = -energy->KF[i * h + r];
+    int32_t p = r->group_rows, h = r->rows, t = r->turned, c = w->columns;
+    const double *N_rows = w->N + (size_t)t * (size_t)c;
+    double *MN_rows = w->MN + (size_t)t * (size_t)c;
+    for (int32_t g = 0; g < r->groups; g++) {
+        size_t first = (size_t)(g * p) * (size_t)c;
+        for (int32_t other = g; other < r->groups; other++) {
+            size_t second = (size_t)(other * p) * (size_t)c;
+            read_block(r, g, other, w->block);
+            add_product(p, c, p, 1.0, w->block, p, w->N + second, c, w->MN + first, c);
+            if (other > g) {
+                add_product_tn(p, c, p, 1.0, w->block, p, w->N + first, c, w->MN + second, c);
+            }
         }
     }
-    for (size_t r = 0; r < h; r++) {
-        for (size_t q = 0; q < h; q++) { /* symmetric but for its own rounding */
-            M[(t + r) * size + t + q] = 0.5 * (energy->FLF[r * h + q] + energy->FLF[q * h + r]);
-        }
-    }
+    add_product(t, c, h, -1.0, r->KF, h, N_rows, c, w->MN, c);
+    add_product_tn(h, c, t, -1.0, r->KF, h, w->N, c, MN_rows, c);
+    add_product(h, c, h, 1.0, r->FLF, h, N_rows, c, MN_rows, c);
 }
 
-static void scatter_form(const double *M, reduction *energy)
+/* A += factor (G N^T + N G^T) for the rows of G and N that belong to A's rows and columns. */
+static void add_update(double factor, const double *G, const double *N, int32_t rows,
+                       const double *G_columns, const double *N_columns, int32_t columns,
+                       int32_t inner, double *A)
 {
-    size_t t = (size_t)energy->turned, h = (size_t)energy->rows, size = t + h;
-    for (size_t i = 0; i < t; i++) {
-        memcpy(energy->C + i * t, M + i * size, t * sizeof *M);
-        for (size_t r = 0; r < h; r++) {
-            energy->KF[i * h + r] = -M[i * size + t + r];
-        }
-    }
-    for (size_t r = 0; r < h; r++) {
-        memcpy(energy->FLF + r * h, M + (t + r) * size + t, h * sizeof *M);
-    }
+    add_product_nt(rows, columns, inner, factor, G, inner, N_columns, inner, A, columns);
+    add_product_nt(rows, columns, inner, factor, N, inner, G_columns, inner, A, columns);
 }
 
-/* M <- (I - N N^T) M (I - N N^T), symmetric. */
-static void project(double *M, const double *N, double *MN, double *NMN, int32_t size,
-                    int32_t columns)
+/* The form less G N^T + N G^T. */
+static void update_form(reduction *r, projection *w)
 {
-    add_product(size, columns, size, 1.0, M, size, N, columns, MN, columns);
-    add_product_tn(columns, columns, size, 1.0, N, columns, MN, columns, NMN, columns);
-    /* With G = M N - N (N^T M N) / 2, it is M - G N^T - N G^T. */
-    add_product(size, columns, columns, -0.5, N, columns, NMN, columns, MN, columns);
-    add_product_nt(size, size, columns, -1.0, MN, columns, N, columns, M, size);
-    add_product_nt(size, size, columns, -1.0, N, columns, MN, columns, M, size);
+    int32_t p = r->group_rows, h = r->rows, t = r->turned, c = w->columns;
+    const double *N = w->N, *G = w->MN;
+    size_t rows = (size_t)t * (size_t)c;
+    for (int32_t g = 0; g < r->groups; g++) {
+        size_t first = (size_t)(g * p) * (size_t)c;
+        for (int32_t other = g; other < r->groups; other++) {
+            size_t second = (size_t)(other * p) * (size_t)c;
+            read_block(r, g, other, w->block);
+            add_update(-1.0, G + first, N + first, p, G + second, N + second, p, c, w->block);
+            write_block(r, g, other, w->block);
+        }
+    }
+    add_update(1.0, G, N, t, G + rows, N + rows, h, c, r->KF);
+    add_update(-1.0, G + rows, N + rows, h, G + rows, N + rows, h, c, r->FLF);
+}
+
+/* M <- (I - N N^T) M (I - N N^T), symmetric: with G = M N - N (N^T M N) / 2 it is M - G N^T - N
+ * G^T. */
+static void project(reduction *r, projection *w)
+{
+    int32_t size = r->turned + r->rows, c = w->columns;
+    multiply_form(r, w);
+    add_product_tn(c, c, size, 1.0, w->N, c, w->MN, c, w->NMN, c);
+    add_product(size, c, c, -0.5, w->N, c, w->NMN, c, w->MN, c);
+    update_form(r, w);
 }
 
 tug_status restore_null_space(reduction *energy, double *N, int32_t columns)
 {
     size_t size = (size_t)(energy->turned + energy->rows), count = (size_t)columns;
-    double *M = allocate(size * size, sizeof *M), *MN = allocate(size * count, sizeof *MN);
-    double *NMN = allocate(count * count, sizeof *NMN);
-    int room = M && MN && NMN;
+    size_t p = (size_t)energy->group_rows;
+    projection w = {.N = N, .columns = columns};
+    w.MN = allocate(size * count, sizeof *w.MN);
+    w.NMN = allocate(count * count, sizeof *w.NMN);
+    w.block = allocate(p * p, sizeof *w.block);
+    int room = w.MN && w.NMN && w.block;
     if (room) {
         make_orthonormal(N, size, count);
-        gather_form(energy, M);
-        project(M, N, MN, NMN, (int32_t)size, columns);
-        scatter_form(M, energy);
+        project(energy, &w);
     }
-    release(M);
-    release(MN);
-    release(NMN);
+    release(w.MN);
+    release(w.NMN);
+    release(w.block);
     return room ? TUG_OK : fail_memory();
 }

@@ -2,171 +2,71 @@
 #include "reduction.h"
 
 #include "dense.h"
-#include "memory.h"
+#include "factor.h"
 
-#include <math.h>
 #include <string.h>
 
-/* Columns of the scaled dictionary whose squared distance from the span of the others is below this
- * are left out: two shapes that are affine images of each other near a handle, a flat mesh in
- * space. */
-static const double RANK_TOLERANCE = 1e-12;
-
-/* Rows whose squared distance from the span of the others is relatively below this are dependent.
- */
-static const double ROW_TOLERANCE = 1e-12;
-
-typedef struct elimination {
-    double *M;       /* b by b: L + rho X^T X, scaled to a diagonal of one; then its factor G */
-    double *scale;   /* b */
-    int32_t *pivots; /* b */
-    double *work;    /* 2 b */
-    double *X, *SX;  /* rows by rank: X G^-1, and S^-1 of it */
-    double *S;       /* rows by rows: X M^-1 X^T, then its factor */
-    double *K;       /* turned by rank: K G^-1, then projected */
-    double *FL;      /* rows by b */
-} elimination;
-
-static void free_elimination(elimination *e)
+size_t coupling_offset(const reduction *r, int32_t g, int32_t h)
 {
-    release(e->M);
-    release(e->scale);
-    release(e->pivots);
-    release(e->work);
-    release(e->X);
-    release(e->SX);
-    release(e->S);
-    release(e->K);
-    release(e->FL);
+    size_t G = (size_t)r->groups, i = (size_t)g, p = (size_t)r->group_rows;
+    return (i * G - i * (i + 1) / 2 + (size_t)h) * p * p;
 }
 
-static int allocate_elimination(elimination *e, const reduction *r)
+size_t coupling_size(const reduction *r)
 {
-    size_t b = (size_t)r->unknowns, h = (size_t)r->rows, t = (size_t)r->turned;
-    e->M = allocate(b * b, sizeof *e->M);
-    e->scale = allocate(b, sizeof *e->scale);
-    e->pivots = allocate(b, sizeof *e->pivots);
-    e->work = allocate(2 * b, sizeof *e->work);
-    e->X = allocate(h * b, sizeof *e->X);
-    e->SX = allocate(h * b, sizeof *e->SX);
-    e->S = allocate(h * h, sizeof *e->S);
-    e->K = allocate(t * b, sizeof *e->K);
-    e->FL = allocate(h * b, sizeof *e->FL);
-    return e->M && e->scale && e->pivots && e->work && e->X && e->SX && e->S && e->K && e->FL;
+    size_t G = (size_t)r->groups, p = (size_t)r->group_rows;
+    return r->shapes == 0 ? G * p * G * p : G * (G + 1) / 2 * p * p;
 }
 
-static double trace(const double *A, int32_t n)
+int32_t group_columns(const reduction *r, int32_t g)
 {
-    double sum = 0.0;
-    for (int32_t i = 0; i < n; i++) {
-        sum += A[(size_t)i * (size_t)n + (size_t)i];
-    }
-    return sum;
+    return support_count(r->support, g) * r->block;
 }
 
-/* L alone does not see translations; X^T X does, and adding it changes nothing under X T = Y. */
-static void make_definite(elimination *e, const double *L, const double *X, const reduction *r)
+double *group_rows_of_K(const reduction *r, int32_t g)
 {
-    int32_t b = r->unknowns, h = r->rows;
-    double squares = dot(X, X, (size_t)h * (size_t)b);
-    double rho = squares > 0.0 ? trace(L, b) / squares : 0.0;
-    memcpy(e->M, L, (size_t)b * (size_t)b * sizeof *L);
-    add_product_tn(b, b, h, rho, X, b, X, b, e->M, b);
-    for (int32_t i = 0; i < b; i++) {
-        double diagonal = e->M[(size_t)i * (size_t)b + (size_t)i];
-        e->scale[i] = diagonal > 0.0 ? 1.0 / sqrt(diagonal) : 0.0;
-    }
-    for (int32_t i = 0; i < b; i++) {
-        for (int32_t j = 0; j < b; j++) {
-            e->M[(size_t)i * (size_t)b + (size_t)j] *= e->scale[i] * e->scale[j];
+    return r->K + (size_t)r->support->starts[g] * (size_t)(r->block * r->group_rows);
+}
+
+/* Where a block has its entry (i, j): row i is component i % k of shape i / k. */
+static size_t place_in_block(const reduction *r, int32_t i, int32_t j)
+{
+    int32_t S = r->shapes, k = r->group_rows / S;
+    return (size_t)(((i % k * k + j % k) * S + i / k) * S + j / k);
+}
+
+static size_t place_in_square(const reduction *r, int32_t g, int32_t h, int32_t i, int32_t j)
+{
+    return (size_t)(g * r->group_rows + i) * (size_t)r->turned + (size_t)(h * r->group_rows + j);
+}
+
+void read_block(const reduction *r, int32_t g, int32_t h, double *block)
+{
+    int32_t p = r->group_rows;
+    const double *C = r->C + (r->shapes == 0 ? 0 : coupling_offset(r, g, h));
+    for (int32_t i = 0; i < p; i++) {
+        for (int32_t j = 0; j < p; j++) {
+            block[i * p + j] =
+                C[r->shapes == 0 ? place_in_square(r, g, h, i, j) : place_in_block(r, i, j)];
         }
     }
 }
 
-/* out = V restricted to the independent columns, scaled, times G^-1. */
-static void map_rows(const elimination *e, const double *V, int32_t rows, int32_t b, int32_t rank,
-                     double *out)
+void write_block(reduction *r, int32_t g, int32_t h, const double *block)
 {
-    for (int32_t i = 0; i < rows; i++) {
-        for (int32_t j = 0; j < rank; j++) {
-            int32_t column = e->pivots[j];
-            out[(size_t)i * (size_t)rank + (size_t)j] =
-                V[(size_t)i * (size_t)b + (size_t)column] * e->scale[column];
+    int32_t p = r->group_rows;
+    double *C = r->C + (r->shapes == 0 ? 0 : coupling_offset(r, g, h));
+    for (int32_t i = 0; i < p; i++) {
+        for (int32_t j = 0; j < p; j++) {
+            double value = block[i * p + j];
+            if (r->shapes == 0) {
+                C[place_in_square(r, g, h, i, j)] = value;
+                C[place_in_square(r, h, g, j, i)] = value;
+            } else {
+                C[place_in_block(r, i, j)] = value;
+            }
         }
     }
-    solve_right_upper(out, rows, rank, e->M, rank, b);
-}
-
-/* out = V G^-T back in all columns; V is overwritten. */
-static void unmap_rows(const elimination *e, double *V, int32_t rows, int32_t b, int32_t rank,
-                       double *out)
-{
-    solve_right_upper_transposed(V, rows, rank, e->M, rank, b);
-    memset(out, 0, (size_t)rows * (size_t)b * sizeof *out);
-    for (int32_t i = 0; i < rows; i++) {
-        for (int32_t j = 0; j < rank; j++) {
-            int32_t column = e->pivots[j];
-            out[(size_t)i * (size_t)b + (size_t)column] =
-                V[(size_t)i * (size_t)rank + (size_t)j] * e->scale[column];
-        }
-    }
-}
-
-static tug_status factor_rows(elimination *e, int32_t h, int32_t rank)
-{
-    add_product_nt(h, h, rank, 1.0, e->X, rank, e->X, rank, e->S, h);
-    double largest = 0.0;
-    for (int32_t i = 0; i < h; i++) {
-        double diagonal = e->S[i * h + i];
-        largest = diagonal > largest ? diagonal : largest;
-    }
-    int definite = cholesky_factor(e->S, h);
-    for (int32_t i = 0; i < h && definite; i++) {
-        double pivot = e->S[i * h + i];
-        definite = pivot * pivot > ROW_TOLERANCE * largest;
-    }
-    if (!definite) {
-        return fail(TUG_ERROR_HANDLES, "the handles' constraints depend on each other: "
-                                       "no two may hold the same place of the mesh");
-    }
-    memcpy(e->SX, e->X, (size_t)h * (size_t)rank * sizeof *e->X);
-    cholesky_solve(e->S, h, e->SX, rank);
-    return TUG_OK;
-}
-
-static tug_status eliminate(elimination *e, const double *L, const double *X, const double *K,
-                            reduction *r, int32_t *rank_out)
-{
-    int32_t b = r->unknowns, h = r->rows, t = r->turned;
-    make_definite(e, L, X, r);
-    int32_t rank = pivoted_cholesky(e->M, b, RANK_TOLERANCE, e->pivots, e->work);
-    map_rows(e, X, h, b, rank, e->X);
-    map_rows(e, K, t, b, rank, e->K);
-    tug_status status = factor_rows(e, h, rank);
-    if (status != TUG_OK) {
-        return status;
-    }
-    memset(r->KF, 0, (size_t)t * (size_t)h * sizeof *r->KF);
-    add_product_nt(t, h, rank, 1.0, e->K, rank, e->SX, rank, r->KF, h);
-    add_product(t, rank, h, -1.0, r->KF, h, e->X, rank, e->K, rank);
-    add_product_nt(t, t, rank, -1.0, e->K, rank, e->K, rank, r->C, t);
-    unmap_rows(e, e->K, t, b, rank, r->ZK);
-    unmap_rows(e, e->SX, h, b, rank, r->F);
-    memset(r->FLF, 0, (size_t)h * (size_t)h * sizeof *r->FLF);
-    add_product(h, b, b, 1.0, r->F, b, L, b, e->FL, b);
-    add_product_nt(h, h, b, 1.0, e->FL, b, r->F, b, r->FLF, h);
-    *rank_out = rank;
-    return TUG_OK;
-}
-
-tug_status eliminate_transforms(const double *L, const double *X, const double *K, reduction *out,
-                                int32_t *rank)
-{
-    elimination e = {0};
-    tug_status status =
-        allocate_elimination(&e, out) ? eliminate(&e, L, X, K, out, rank) : fail_memory();
-    free_elimination(&e);
-    return status;
 }
 
 void find_pull(const reduction *energy, const double *Y, int32_t k, double *pull)
@@ -194,10 +94,67 @@ double energy_of_rows(const reduction *energy, const double *Y, int32_t k)
     return sum;
 }
 
-void recover_transforms(const reduction *energy, const double *V, const double *Y, int32_t k,
-                        double *T)
+/* N = K^T V, unknowns by k; most blend weights are zero. work: unknowns k. */
+static void apply_transposed_K(const reduction *r, const double *V, int32_t k, double *work,
+                               double *N)
 {
-    memset(T, 0, (size_t)energy->unknowns * (size_t)k * sizeof *T);
-    add_thin_product_tn(energy->turned, energy->unknowns, k, energy->ZK, V, T);
-    add_thin_product_tn(energy->rows, energy->unknowns, k, energy->F, Y, T);
+    size_t block = (size_t)(r->block * k);
+    memset(N, 0, (size_t)(r->unknowns * k) * sizeof *N);
+    for (int32_t g = 0; g < r->groups; g++) {
+        const double *rows = group_rows_of_K(r, g);
+        const int32_t *functions = support_of(r->support, g);
+        int32_t columns = group_columns(r, g);
+        memset(work, 0, (size_t)(columns * k) * sizeof *work);
+        for (int32_t i = 0; i < r->group_rows; i += k, V += k * k, rows += k * columns) {
+            if (dot(V, V, (size_t)(k * k)) != 0.0) {
+                add_thin_product_tn(k, columns, k, rows, V, work);
+            }
+        }
+        for (size_t i = 0; i < (size_t)(columns * k); i++) {
+            N[(size_t)functions[i / block] * block + i % block] += work[i];
+        }
+    }
+}
+
+/* N <- M^-1 N, the dependent unknowns zero. work: unknowns k. */
+static void solve_transforms(const reduction *r, int32_t k, double *work, double *N)
+{
+    int32_t rank = *r->rank;
+    for (int32_t i = 0; i < rank; i++) {
+        int32_t column = r->pivots[i];
+        for (int32_t a = 0; a < k; a++) {
+            work[a * rank + i] = r->scale[column] * N[column * k + a];
+        }
+    }
+    solve_factor(r->factor, rank, k, work);
+    solve_factor_transposed(r->factor, rank, k, work);
+    memset(N, 0, (size_t)(r->unknowns * k) * sizeof *N);
+    for (int32_t i = 0; i < rank; i++) {
+        int32_t column = r->pivots[i];
+        for (int32_t a = 0; a < k; a++) {
+            N[column * k + a] = r->scale[column] * work[a * rank + i];
+        }
+    }
+}
+
+void recover_transforms(const reduction *r, const double *V, const double *Y, int32_t k,
+                        double *work, double *T)
+{
+    size_t b = (size_t)r->unknowns;
+    apply_transposed_K(r, V, k, work, T);
+    solve_transforms(r, k, work, T);
+    double *missing = work + b * (size_t)k; /* Y - X T */
+    for (int32_t i = 0; i < r->rows; i++) {
+        const double *row = r->X + (size_t)i * b;
+        double sum[3] = {0.0, 0.0, 0.0};
+        for (size_t j = 0; j < b; j++) {
+            for (size_t a = 0; a < (size_t)k; a++) {
+                sum[a] += row[j] * T[j * (size_t)k + a];
+            }
+        }
+        for (int32_t a = 0; a < k; a++) {
+            missing[i * k + a] = Y[i * k + a] - sum[a];
+        }
+    }
+    add_thin_product_tn(r->rows, r->unknowns, k, r->F, missing, T);
 }

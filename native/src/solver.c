@@ -79,7 +79,8 @@ static double find_transforms(tug_solver *solver)
 {
     int32_t k = solver->model->header.dimension;
     settle_rows(solver->model, solver->held, JOINT, solver->V, solver->Y, solver->placed);
-    recover_transforms(joint_energy(solver), solver->V, solver->placed, k, solver->T);
+    recover_transforms(joint_energy(solver), solver->V, solver->placed, k, solver->recovery,
+                       solver->T);
     place_transforms(&solver->model->dictionary, solver->T, solver->placed_T);
     double springs = 0.0;
     for (int32_t r = 0; r < solver->model->header.rows; r++) {

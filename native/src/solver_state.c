@@ -17,7 +17,7 @@ void solver_destroy(tug_solver *solver)
                         solver->folded_d, solver->folded_B, solver->group_R,  solver->prior_R,
                         solver->prior_B,  solver->kept_R,   solver->C,        solver->L,
                         solver->X,        solver->J,        solver->face_J,   solver->face_H,
-                        solver->V,        solver->M};
+                        solver->V,        solver->M,        solver->recovery};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) {
         release(arrays[i]);
     }
@@ -80,6 +80,7 @@ static int allocate_solver(tug_solver *s)
         {&s->face_H, n * n},
         {&s->V, n * kk},
         {&s->M, n * kk},
+        {&s->recovery, recovery_size(&s->model->energy, header->dimension)},
     };
     return allocate_arrays(requests, sizeof requests / sizeof *requests);
 }

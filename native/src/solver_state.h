@@ -51,8 +51,9 @@ struct tug_solver {
 
     trust_region trust; /* that form's own */
 
-    double *V; /* #G #S k by k: blend weight times rotation, transposed */
-    double *M; /* #G #S by k by k: moments, (A 23) */
+    double *V;        /* #G #S k by k: blend weight times rotation, transposed */
+    double *M;        /* #G #S by k by k: moments, (A 23) */
+    double *recovery; /* recover_transforms' work */
 };
 
 tug_status solver_create(const tug_model *model, const tug_solver_options *options,

@@ -46,6 +46,7 @@ typedef struct state {
     double blend[MAX_PAIRS], rotations[9 * MAX_PAIRS], turned[9 * MAX_PAIRS];
     double targets[3 * MAX_WEIGHTS], Y[3 * MAX_WEIGHTS];
     double pull[9 * MAX_PAIRS], V[9 * MAX_PAIRS], T[3 * MAX_COLUMNS], placed_T[3 * MAX_COLUMNS];
+    double recovery[3 * (MAX_COLUMNS + MAX_WEIGHTS)];
     double positions[MAX_COORDINATES];
 } state;
 
@@ -66,7 +67,7 @@ static void make_state(const fixture *f, const tug_model *model, uint64_t *rando
         }
     }
     find_pull(&model->energy, x->Y, k, x->pull);
-    recover_transforms(&model->energy, x->V, x->Y, k, x->T);
+    recover_transforms(&model->energy, x->V, x->Y, k, x->recovery, x->T);
     place_transforms(&model->dictionary, x->T, x->placed_T);
     find_positions(&(tug_solver){.model = model, .placed_T = x->placed_T}, x->positions);
 }

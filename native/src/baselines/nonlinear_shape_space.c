@@ -121,19 +121,24 @@ static tug_status find_stiffness(const tug_mesh *mesh, const dictionary *D, doub
 {
     size_t b = (size_t)dictionary_columns(D), p = (size_t)(block_columns(D) - 1);
     int32_t *one_group = allocate((size_t)mesh->triangle_count, sizeof *one_group);
+    int32_t *functions = allocate((size_t)D->weights, sizeof *functions); /* all of them */
     group_energy energy = {.L = stiffness};
     energy.K = allocate(p * b, sizeof *energy.K);
     energy.H = allocate(p * p, sizeof *energy.H);
     energy_workspace *workspace = NULL;
-    tug_status status = one_group && energy.K && energy.H ? TUG_OK : fail_memory();
+    tug_status status = one_group && functions && energy.K && energy.H ? TUG_OK : fail_memory();
     if (status == TUG_OK) {
         status = energy_workspace_create(mesh, D, one_group, 1, NULL, &workspace);
     }
     if (status == TUG_OK) {
-        find_group_energy(workspace, 0, &energy);
+        for (int32_t h = 0; h < D->weights; h++) {
+            functions[h] = h;
+        }
+        find_group_energy(workspace, 0, functions, D->weights, &energy);
     }
     energy_workspace_destroy(workspace);
     release(one_group);
+    release(functions);
     release(energy.K);
     release(energy.H);
     return status;

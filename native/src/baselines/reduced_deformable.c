@@ -33,6 +33,7 @@ typedef struct reduced {
     double *dM;       /* #S by k by k */
     double *dV, *CdV; /* #S by #G k by k */
     double *T;        /* unknowns by k */
+    double *recovery; /* recover_transforms' work */
     double constant;  /* of the energy: what Y alone says */
     weight_workspace weights;
 } reduced;
@@ -52,6 +53,7 @@ static void destroy(void *state)
     release(r->dV);
     release(r->CdV);
     release(r->T);
+    release(r->recovery);
     weight_workspace_destroy(&r->weights);
     release(r);
 }
@@ -66,11 +68,13 @@ static int allocate_room(reduced *r, const tug_baseline_problem *problem)
     r->dM = allocate(S * k * k, sizeof *r->dM);
     r->dV = allocate(S * block, sizeof *r->dV);
     r->CdV = allocate(S * block, sizeof *r->CdV);
-    r->T = allocate((size_t)problem->weight_count * (1 + k) * k, sizeof *r->T);
+    size_t unknowns = (size_t)problem->weight_count * (1 + k);
+    r->T = allocate(unknowns * k, sizeof *r->T);
+    r->recovery = allocate((unknowns + (size_t)problem->handle_count) * k, sizeof *r->recovery);
     int room = features_create(problem->dimension, problem->group_count, problem->shape_count,
                                &r->features);
     room &= weight_workspace_create(problem->shape_count, &r->weights);
-    return room && r->pull && r->V && r->CV && r->dM && r->dV && r->CdV && r->T;
+    return room && r->pull && r->V && r->CV && r->dM && r->dV && r->CdV && r->T && r->recovery;
 }
 
 static void store_transposed(int32_t k, const double *M, double *transposed)
@@ -213,7 +217,7 @@ static tug_status solve(tug_baseline *baseline, tug_baseline_info *info)
     if (status == TUG_OK) {
         status = evaluate(r, baseline->blend, &info->objective);
         info->objective = fmax(info->objective, 0.0);
-        recover_transforms(form, r->V, baseline->Y, k, r->T);
+        recover_transforms(form, r->V, baseline->Y, k, r->recovery, r->T);
     }
     return status;
 }

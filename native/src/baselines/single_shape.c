@@ -98,7 +98,7 @@ static void alternate(const tug_baseline *baseline, single_shape *shape, tug_bas
     for (int32_t i = 0; i < reduced->turned * k; i++) {
         shape->fit.V[i] = R[i / (k * k) * k * k + i % k * k + i / k % k];
     }
-    recover_transforms(reduced, shape->fit.V, shape->Y, k, shape->fit.T);
+    recover_transforms(reduced, shape->fit.V, shape->Y, k, shape->fit.recovery, shape->fit.T);
 }
 
 static void fit_by_newton(single_shape *shape, tug_baseline_info *info)
