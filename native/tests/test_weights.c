@@ -264,6 +264,19 @@ static double distance_to_reference(int32_t sweeps)
     return largest;
 }
 
+/* A handle reaches as far as its weights count, and no further. */
+static void weights_are_zero_or_count(void)
+{
+    bumpy_scene();
+    CHECK(compute_weights(&silent) == TUG_OK);
+    int32_t zeros = 0;
+    for (int32_t i = 0; i < s.vertex_count * s.handle_count; i++) {
+        zeros += s.weights[i] == 0.0;
+        CHECK(s.weights[i] == 0.0 || s.weights[i] > s.options.tolerance);
+    }
+    CHECK(zeros > s.vertex_count / 2);
+}
+
 static void agrees_with_slow_reference(void)
 {
     start_scene();
@@ -549,6 +562,7 @@ int main(int argc, char **argv)
     use_one_blas_thread();
     RUN(tube_between_its_ends_is_cubic);
     RUN(rows_sum_to_one_within_bounds);
+    RUN(weights_are_zero_or_count);
     RUN(agrees_with_slow_reference);
     RUN(agrees_where_cotangents_are_negative);
     RUN(two_handles_are_optimal);

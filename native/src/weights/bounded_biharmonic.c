@@ -93,6 +93,18 @@ static tug_status solve_handle(void *context, int32_t worker, int32_t item, cons
     return bounded_solve(&job->problem, column, stop, &job->results[item]);
 }
 
+/* What the optimum has as zeros is left with ripples of a few times the tolerance; as zeros they
+ * keep a handle's reach, and with it the size of a model, local. */
+static const double RIPPLE = 10.0;
+
+static void clear_ripples(const weights_job *job, double tolerance)
+{
+    size_t count = (size_t)job->mesh->vertex_count * (size_t)job->handle_count;
+    for (size_t i = 0; i < count; i++) {
+        job->columns[i] = job->columns[i] < RIPPLE * tolerance ? 0.0 : job->columns[i];
+    }
+}
+
 /* Rows divided by their sum, into the caller's array only when all of them are good. */
 static tug_status normalise(const weights_job *job, double *weights)
 {
@@ -187,6 +199,7 @@ tug_status bounded_biharmonic_weights(const tug_mesh *mesh, const int32_t *handl
         status = run_job(&job, options, range);
     }
     if (status == TUG_OK) {
+        clear_ripples(&job, options->tolerance);
         status = normalise(&job, weights);
     }
     if (status == TUG_OK) {
