@@ -22,12 +22,14 @@ static void solve_blend_here(tug_solver *solver)
 {
     int32_t k = solver->model->header.dimension, kk = k * k;
     int32_t n = solver->model->header.groups * solver->model->header.shapes;
-    contract_pair_rotations(solver->model, joint_energy(solver)->C, solver->R, solver->Q);
+    coupling all = joint_coupling(joint_energy(solver));
+    contract_pair_rotations(&all, solver->R, solver->Q);
     for (int32_t i = 0; i < n; i++) {
         solver->c[i] = 0.5 * pair_orientation(solver, i) -
                        trace_of_product(k, solver->R + i * kk, solver->pull + i * kk);
     }
-    solve_blend(solver, 0.0);
+    blend_terms terms = all_terms(solver);
+    solve_blend(solver, &terms);
 }
 
 /* (A 22), all for the transforms of the old rotations. Returns the largest angle. */

@@ -7,11 +7,29 @@
 #include <string.h>
 
 /* The S by S entries of component (a, b) of the blocks of groups g <= h. */
-static const double *component(const tug_model *model, const double *C, int32_t g, int32_t h,
-                               int32_t ab)
+static const double *component(const coupling *from, int32_t g, int32_t h, int32_t ab)
 {
-    size_t S = (size_t)model->header.shapes;
-    return C + coupling_offset(&model->energy, g, h) + (size_t)ab * S * S;
+    size_t G = (size_t)from->groups, S = (size_t)from->shapes, i = (size_t)g;
+    size_t kk = (size_t)(from->k * from->k), block = i * G - i * (i + 1) / 2 + (size_t)h;
+    return from->C + (block * kk + (size_t)ab) * S * S;
+}
+
+void gather_coupling(const coupling *all, const int32_t *shapes, int32_t width, double *out)
+{
+    int32_t kk = all->k * all->k, S = all->shapes;
+    for (int32_t g = 0; g < all->groups; g++) {
+        for (int32_t h = g; h < all->groups; h++) {
+            for (int32_t ab = 0; ab < kk; ab++) {
+                const double *entries = component(all, g, h, ab);
+                for (int32_t s = 0; s < width; s++) {
+                    const double *row = entries + shapes[g * width + s] * S;
+                    for (int32_t t = 0; t < width; t++) {
+                        *out++ = row[shapes[h * width + t]];
+                    }
+                }
+            }
+        }
+    }
 }
 
 static void mirror_lower(double *Q, size_t n)
@@ -46,14 +64,13 @@ PART void contract_row(int32_t kk, const double *P, const double *C, size_t S, d
 }
 
 /* tr(R_g C R_h^T) = sum_ab (R_g^T R_h)_ab C_ab */
-PART void contract_upper(const tug_model *model, const double *C, int32_t k, const double *R,
-                         double *Q)
+PART void contract_upper(const coupling *from, int32_t k, const double *R, double *Q)
 {
-    int32_t kk = k * k, G = model->header.groups;
-    size_t S = (size_t)model->header.shapes, n = (size_t)G * S;
+    int32_t kk = k * k, G = from->groups;
+    size_t S = (size_t)from->shapes, n = (size_t)G * S;
     for (int32_t g = 0; g < G; g++) {
         for (int32_t h = g; h < G; h++) {
-            const double *block = component(model, C, g, h, 0);
+            const double *block = component(from, g, h, 0);
             double P[9], *corner = Q + (size_t)g * S * n + (size_t)h * S;
             multiply_tn(k, R + g * kk, R + h * kk, P);
             for (size_t s = 0; s < S; s++) {
@@ -63,24 +80,23 @@ PART void contract_upper(const tug_model *model, const double *C, int32_t k, con
     }
 }
 
-DISPATCHED void contract_rotations(const tug_model *model, const double *C, const double *R,
-                                   double *Q)
+DISPATCHED void contract_rotations(const coupling *from, const double *R, double *Q)
 {
-    if (model->header.dimension == 3) {
-        contract_upper(model, C, 3, R, Q);
+    if (from->k == 3) {
+        contract_upper(from, 3, R, Q);
     } else {
-        contract_upper(model, C, 2, R, Q);
+        contract_upper(from, 2, R, Q);
     }
-    mirror_lower(Q, (size_t)(model->header.groups * model->header.shapes));
+    mirror_lower(Q, (size_t)(from->groups * from->shapes));
 }
 
-void contract_pair_rotations(const tug_model *model, const double *C, const double *R, double *Q)
+void contract_pair_rotations(const coupling *from, const double *R, double *Q)
 {
-    int32_t k = model->header.dimension, kk = k * k, S = model->header.shapes;
-    int32_t n = model->header.groups * S;
+    int32_t k = from->k, kk = k * k, S = from->shapes;
+    int32_t n = from->groups * S;
     for (int32_t i = 0; i < n; i++) {
         for (int32_t j = i; j < n; j++) {
-            const double *block = component(model, C, i / S, j / S, 0) + i % S * S + j % S;
+            const double *block = component(from, i / S, j / S, 0) + i % S * S + j % S;
             double P[9], sum = 0.0;
             multiply_tn(k, R + i * kk, R + j * kk, P);
             for (int32_t ab = 0; ab < kk; ab++) {
@@ -90,6 +106,39 @@ void contract_pair_rotations(const tug_model *model, const double *C, const doub
         }
     }
     mirror_lower(Q, (size_t)n);
+}
+
+/* out_s += factor sum_ab P_ab C_ab of pairs (s, t), with step 1 along t or S along s. */
+static void add_column(const coupling *from, const double *entries, const double *P, double factor,
+                       int32_t step, double *out)
+{
+    size_t SS = (size_t)from->shapes * (size_t)from->shapes;
+    for (int32_t ab = 0; ab < from->k * from->k; ab++, entries += SS) {
+        for (int32_t s = 0; s < from->shapes; s++) {
+            out[s] += factor * P[ab] * entries[s * step];
+        }
+    }
+}
+
+void apply_rotated_coupling(const coupling *from, const double *R, const double *B, double *out)
+{
+    int32_t k = from->k, kk = k * k, S = from->shapes, G = from->groups;
+    memset(out, 0, (size_t)(G * S) * sizeof *out);
+    for (int32_t g = 0; g < G; g++) {
+        for (int32_t h = g; h < G; h++) {
+            double P[9];
+            const double *entries = component(from, g, h, 0);
+            multiply_tn(k, R + g * kk, R + h * kk, P);
+            for (int32_t i = 0; i < S; i++) {
+                if (B[h * S + i] != 0.0) {
+                    add_column(from, entries + i, P, B[h * S + i], S, out + g * S);
+                }
+                if (h > g && B[g * S + i] != 0.0) {
+                    add_column(from, entries + i * S, P, B[g * S + i], 1, out + h * S);
+                }
+            }
+        }
+    }
 }
 
 /* sum += sum_st B_s B_t C_ab[s][t] of one pair of groups. Zeros are skipped: most of B. */
@@ -106,14 +155,14 @@ static void add_blended_block(int32_t kk, int32_t S, const double *B_g, const do
     }
 }
 
-void contract_blend(const tug_model *model, const double *C, const double *B, double *out)
+void contract_blend(const coupling *from, const double *B, double *out)
 {
-    int32_t k = model->header.dimension, G = model->header.groups, S = model->header.shapes;
+    int32_t k = from->k, G = from->groups, S = from->shapes;
     size_t size = (size_t)(G * k);
     for (int32_t g = 0; g < G; g++) {
         for (int32_t h = g; h < G; h++) {
             double sum[9] = {0.0};
-            add_blended_block(k * k, S, B + g * S, B + h * S, component(model, C, g, h, 0), sum);
+            add_blended_block(k * k, S, B + g * S, B + h * S, component(from, g, h, 0), sum);
             for (int32_t ab = 0; ab < k * k; ab++) {
                 out[(size_t)(g * k + ab / k) * size + (size_t)(h * k + ab % k)] = sum[ab];
             }
@@ -122,18 +171,17 @@ void contract_blend(const tug_model *model, const double *C, const double *B, do
     mirror_lower(out, size);
 }
 
-void contract_blend_row(const tug_model *model, const double *C, int32_t pair, const double *B,
-                        double *X)
+void contract_blend_row(const coupling *from, int32_t pair, const double *B, double *X)
 {
-    int32_t kk = model->header.dimension * model->header.dimension;
-    int32_t G = model->header.groups, k = model->header.dimension, S = model->header.shapes;
+    int32_t kk = from->k * from->k;
+    int32_t G = from->groups, k = from->k, S = from->shapes;
     int32_t g = pair / S, s = pair % S;
     memset(X, 0, (size_t)(G * kk) * sizeof *X);
     for (int32_t h = 0; h < G; h++) {
         /* The block of two groups, later group first, is the transpose of what is stored. */
         int32_t swapped = h < g, step = swapped ? S : 1;
         const double *entries =
-            swapped ? component(model, C, h, g, 0) + s : component(model, C, g, h, 0) + s * S;
+            swapped ? component(from, h, g, 0) + s : component(from, g, h, 0) + s * S;
         for (int32_t t = 0; t < S; t++) {
             for (int32_t ab = 0; ab < kk && B[h * S + t] != 0.0; ab++) {
                 int32_t stored = swapped ? ab % k * k + ab / k : ab;

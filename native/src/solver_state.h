@@ -9,6 +9,7 @@
 #include "model.h"
 #include "rotation_fit.h"
 #include "trust_region.h"
+#include "working_set.h"
 
 struct tug_solver {
     const tug_model *model;
@@ -42,6 +43,7 @@ struct tug_solver {
     /* The steady form's own: one rotation per group. */
     double *group_R, *prior_R, *kept_R; /* #G by k by k */
     double *prior_B;                    /* #G by #S */
+    working_set set;                    /* what the steady form looks at of the blend */
     double *C, *L;                      /* the energy of the rotations at the present blend */
     double *X;                          /* #G by k by k */
     double *J;                          /* #G #S by tangent components of all groups */
@@ -66,10 +68,22 @@ static inline const reduction *joint_energy(const tug_solver *solver)
     return held_energy(solver->model, solver->held, JOINT);
 }
 
-/* Minimise (A 20) with the solver's Q, c, d and r plus `constant`, from and to its B. */
-void solve_blend(tug_solver *solver, double constant);
+/* What (A 20) is made of beside the solver's Q: over `shapes` entries of each group. */
+typedef struct blend_terms {
+    int32_t shapes;
+    const double *c, *d;    /* #G by shapes */
+    const double *folded_d; /* #S, for a single blend, which has all shapes */
+    double r;
+    double *B; /* #G by shapes: where it starts, then the optimum */
+} blend_terms;
 
-/* The same with other constants r, d and folded_d. */
-void solve_blend_with(tug_solver *solver, double r, const double *d, const double *folded_d);
+/* Of all entries, with the solver's own c, d and r. */
+static inline blend_terms all_terms(const tug_solver *solver)
+{
+    return (blend_terms){
+        solver->model->header.shapes, solver->c, solver->d, solver->folded_d, solver->r, solver->B};
+}
+
+void solve_blend(tug_solver *solver, const blend_terms *terms);
 
 #endif

@@ -87,33 +87,27 @@ static double rotation_prior_energy(const tug_solver *solver)
 
 /* 3 eps tr(H_gst): the quadratic form of the blends' prior, which is the rigidity energy between
  * the blended shapes of B and B^. Shapes that agree in a group may be exchanged for nothing. */
-static double blend_prior_entry(const tug_solver *solver, int32_t g, int32_t s, int32_t t)
+static double blend_prior_entry(const tug_solver *solver, int32_t i, int32_t t)
 {
-    int32_t k = solver->model->header.dimension, p = k * solver->model->header.shapes;
-    double trace = 0.0;
-    for (int32_t a = 0; a < k; a++) {
-        trace += solver->model->H[(size_t)(g * p + s * k + a) * (size_t)p + (size_t)(t * k + a)];
-    }
-    return 3.0 * solver->options.prior * trace;
+    return 3.0 * solver->options.prior * solver->set.form[i * solver->set.width + t];
 }
 
 /* Add the blends' prior to Q and c; returns what it adds to r. */
 static double add_blend_prior(tug_solver *solver)
 {
-    int32_t G = solver->model->header.groups, S = solver->model->header.shapes;
-    size_t n = (size_t)(G * S);
-    const double *B = solver->prior_B;
+    working_set *set = &solver->set;
+    int32_t w = set->width, count = solver->model->header.groups * w;
     double constant = 0.0;
-    for (int32_t i = 0; i < G * S; i++) {
+    for (int32_t i = 0; i < count; i++) {
         double pull = 0.0;
-        for (int32_t t = 0; t < S; t++) {
-            double entry = blend_prior_entry(solver, i / S, i % S, t);
-            int32_t j = i / S * S + t;
-            solver->Q[(size_t)i * n + (size_t)j] += entry;
-            pull += entry * B[j];
+        for (int32_t t = 0; t < w; t++) {
+            double entry = blend_prior_entry(solver, i, t);
+            int32_t j = i / w * w + t;
+            solver->Q[(size_t)i * (size_t)count + (size_t)j] += entry;
+            pull += entry * set->prior_B[j];
         }
-        solver->c[i] -= pull;
-        constant += B[i] * pull;
+        set->c[i] -= pull;
+        constant += set->prior_B[i] * pull;
     }
     return constant;
 }
@@ -121,13 +115,14 @@ static double add_blend_prior(tug_solver *solver)
 /* Twice the energy of the blends' prior at the present blend. */
 static double blend_prior_energy(const tug_solver *solver)
 {
-    int32_t G = solver->model->header.groups, S = solver->model->header.shapes;
+    const working_set *set = &solver->set;
+    int32_t w = set->width;
     double sum = 0.0;
-    for (int32_t i = 0; i < G * S; i++) {
-        double difference = solver->B[i] - solver->prior_B[i];
-        for (int32_t j = i / S * S; difference != 0.0 && j < (i / S + 1) * S; j++) {
-            sum += blend_prior_entry(solver, i / S, i % S, j % S) * difference *
-                   (solver->B[j] - solver->prior_B[j]);
+    for (int32_t i = 0; i < solver->model->header.groups * w; i++) {
+        double difference = set->B[i] - set->prior_B[i];
+        for (int32_t t = 0; t < w && difference != 0.0; t++) {
+            int32_t j = i / w * w + t;
+            sum += blend_prior_entry(solver, i, t) * difference * (set->B[j] - set->prior_B[j]);
         }
     }
     return sum;
@@ -136,20 +131,21 @@ static double blend_prior_energy(const tug_solver *solver)
 /* Q and c of E_d at the present rotations. */
 static void find_blend_energy(tug_solver *solver)
 {
-    int32_t k = solver->model->header.dimension, kk = k * k, S = solver->model->header.shapes;
-    contract_rotations(solver->model, joint_energy(solver)->C, solver->group_R, solver->Q);
-    for (int32_t i = 0; i < solver->model->header.groups * S; i++) {
-        solver->c[i] = -trace_of_product(k, solver->group_R + (i / S) * kk, solver->pull + i * kk);
+    working_set *set = &solver->set;
+    int32_t k = solver->model->header.dimension, kk = k * k, w = set->width;
+    contract_rotations(&set->coupling, solver->group_R, solver->Q);
+    for (int32_t i = 0; i < solver->model->header.groups * w; i++) {
+        set->c[i] = -trace_of_product(k, solver->group_R + (i / w) * kk, set->pull + i * kk);
     }
 }
 
-/* B^: the blend that suits the rotations' prior, a convex problem. */
-static void find_blend_prior(tug_solver *solver)
+/* (A 20) as it stands, on the working set. */
+static void minimise(tug_solver *solver, double constant)
 {
-    find_blend_energy(solver);
-    solve_blend(solver, rotation_prior_energy(solver));
-    int32_t n = solver->model->header.groups * solver->model->header.shapes;
-    memcpy(solver->prior_B, solver->B, (size_t)n * sizeof *solver->B);
+    working_set *set = &solver->set;
+    blend_terms terms = {set->width,           set->c, set->d, solver->folded_d,
+                         solver->r + constant, set->B};
+    solve_blend(solver, &terms);
 }
 
 /* phi at the present rotations; the blend follows. */
@@ -157,7 +153,7 @@ static double solve_blend_here(tug_solver *solver)
 {
     find_blend_energy(solver);
     double constant = add_blend_prior(solver);
-    solve_blend(solver, rotation_prior_energy(solver) + constant);
+    minimise(solver, rotation_prior_energy(solver) + constant);
     return solver->blend.objective;
 }
 
@@ -165,14 +161,15 @@ static double solve_blend_here(tug_solver *solver)
  * orientations. */
 static void find_rotation_energy(tug_solver *solver)
 {
-    int32_t k = solver->model->header.dimension, kk = k * k, S = solver->model->header.shapes;
-    contract_blend(solver->model, joint_energy(solver)->C, solver->B, solver->C);
+    const working_set *set = &solver->set;
+    int32_t k = solver->model->header.dimension, kk = k * k, w = set->width;
+    contract_blend(&set->coupling, set->B, solver->C);
     for (int32_t g = 0; g < solver->model->header.groups; g++) {
         double weight = prior_weight(solver) * solver->model->stiffness[g];
         for (int32_t i = 0; i < kk; i++) {
             double sum = weight * solver->prior_R[g * kk + (i % k) * k + i / k];
-            for (int32_t s = 0; s < S; s++) {
-                sum += solver->B[g * S + s] * solver->pull[(g * S + s) * kk + i];
+            for (int32_t s = 0; s < w; s++) {
+                sum += set->B[g * w + s] * set->pull[(g * w + s) * kk + i];
             }
             solver->L[g * kk + i] = sum;
         }
@@ -184,13 +181,13 @@ static void find_rotation_energy(tug_solver *solver)
 /* Row `pair` of J: the derivative of the rotations' gradient in one blend weight. */
 static void differentiate_gradient(tug_solver *solver, int32_t pair, double *row)
 {
-    const tug_model *model = solver->model;
-    int32_t k = model->header.dimension, kk = k * k, t = tangent_size(k);
-    int32_t own = pair / model->header.shapes;
+    const working_set *set = &solver->set;
+    int32_t k = solver->model->header.dimension, kk = k * k, t = tangent_size(k);
+    int32_t own = pair / set->width;
     double pull[9], half[9], turned[9], axis[3];
-    contract_blend_row(model, joint_energy(solver)->C, pair, solver->B, solver->X);
-    memcpy(pull, solver->pull + pair * kk, (size_t)kk * sizeof *pull);
-    for (int32_t h = 0; h < model->header.groups; h++) {
+    contract_blend_row(&set->coupling, pair, set->B, solver->X);
+    memcpy(pull, set->pull + pair * kk, (size_t)kk * sizeof *pull);
+    for (int32_t h = 0; h < solver->model->header.groups; h++) {
         multiply_nt(k, solver->X + h * kk, solver->group_R + h * kk, half);
         multiply(k, solver->group_R + own * kk, half, turned);
         for (int32_t i = 0; i < kk; i++) {
@@ -211,7 +208,7 @@ static void differentiate_gradient(tug_solver *solver, int32_t pair, double *row
 /* J for every simplex entry in use; a single blend moves all its groups' entries at once. */
 static void find_entry_derivatives(tug_solver *solver)
 {
-    int32_t S = solver->model->header.shapes, G = solver->model->header.groups;
+    int32_t S = solver->set.width, G = solver->model->header.groups;
     size_t size = (size_t)(G * tangent_size(solver->model->header.dimension));
     if (!solver->options.single_blend) {
         for (int32_t i = 0; i < G * S; i++) {
@@ -238,10 +235,10 @@ static void find_entry_derivatives(tug_solver *solver)
 static void find_face_hessian(tug_solver *solver)
 {
     const blend_workspace *face = &solver->blending;
-    int32_t S = solver->model->header.shapes;
+    int32_t S = solver->set.width;
     int single = solver->options.single_blend;
     const double *Q = single ? solver->folded_Q : solver->Q,
-                 *d = single ? solver->folded_d : solver->d;
+                 *d = single ? solver->folded_d : solver->set.d;
     size_t n = (size_t)(single ? S : S * solver->model->header.groups), q = (size_t)face->face;
     for (size_t a = 0; a < q; a++) {
         size_t i = (size_t)face->list[a], pi = (size_t)face->pivot[face->list[a] / S];
@@ -259,7 +256,7 @@ static void find_face_hessian(tug_solver *solver)
 static void let_blend_follow(tug_solver *solver)
 {
     const blend_workspace *face = &solver->blending;
-    int32_t S = solver->model->header.shapes, q = face->face;
+    int32_t S = solver->set.width, q = face->face;
     int32_t size = solver->model->header.groups * tangent_size(solver->model->header.dimension);
     if (q == 0) {
         return;
@@ -325,23 +322,137 @@ static void spread_rotations(tug_solver *solver)
     }
 }
 
-void solve_steady(tug_solver *solver, tug_solve_info *info)
+/* The entries chosen, what of the question and of the blend belongs to them. */
+static void open_entries(tug_solver *solver, const double *slopes, int32_t wanted)
 {
-    find_rotation_prior(solver);
-    int cold = !solver->options.warm_start || !solver->solved;
-    memcpy(solver->kept_R, solver->group_R, rotation_bytes(solver));
-    memcpy(solver->group_R, solver->prior_R, rotation_bytes(solver));
-    find_blend_prior(solver);
-    if (!cold) {
-        memcpy(solver->group_R, solver->kept_R, rotation_bytes(solver));
+    const tug_model *model = solver->model;
+    working_set *set = &solver->set;
+    int32_t kk = model->header.dimension * model->header.dimension;
+    coupling all = joint_coupling(joint_energy(solver));
+    choose_entries(model, &all, solver->B, slopes, wanted, set);
+    gather_entries(model, set, 1, solver->B, set->B);
+    gather_entries(model, set, 1, solver->d, set->d);
+    gather_entries(model, set, 1, solver->prior_B, set->prior_B);
+    gather_entries(model, set, kk, solver->pull, set->pull);
+}
+
+/* The gradient of u in every entry, those outside of the working set too. */
+static void find_slopes(tug_solver *solver, double prior)
+{
+    const tug_model *model = solver->model;
+    int32_t k = model->header.dimension, kk = k * k, S = model->header.shapes, p = S * k;
+    coupling all = joint_coupling(joint_energy(solver));
+    double *slopes = solver->set.slopes;
+    apply_rotated_coupling(&all, solver->group_R, solver->B, slopes);
+    for (int32_t i = 0; i < model->header.groups * S; i++) {
+        slopes[i] -= trace_of_product(k, solver->group_R + i / S * kk, solver->pull + i * kk);
+        for (int32_t t = 0; t < S; t++) {
+            int32_t j = i / S * S + t;
+            double difference = solver->B[j] - solver->prior_B[j];
+            for (int32_t a = 0; a < k && difference != 0.0 && prior > 0.0; a++) {
+                size_t row = (size_t)(i / S * p + i % S * k + a);
+                slopes[i] +=
+                    3.0 * prior * difference * model->H[row * (size_t)p + (size_t)(t * k + a)];
+            }
+        }
     }
+}
+
+/* Of one group, at an optimum over the working set. */
+typedef struct price {
+    double excess;  /* what f could fall along the group's steepest entry at most, times tau */
+    int32_t wanted; /* entries in use, and those along which f falls */
+} price;
+
+static price price_group(const tug_solver *solver, int32_t g, double tau, double noise)
+{
+    int32_t S = solver->model->header.shapes;
+    const double *B = solver->B + g * S, *d = solver->d + g * S, *u = solver->set.slopes + g * S;
+    double level = 0.0;
+    price result = {0.0, 0};
+    for (int32_t s = 0; s < S; s++) {
+        level += B[s] * (u[s] + tau * d[s]);
+    }
+    for (int32_t s = 0; s < S; s++) {
+        double excess = level - (u[s] + tau * d[s]);
+        result.excess = fmax(result.excess, excess);
+        result.wanted += B[s] > 0.0 || excess > noise;
+    }
+    return result;
+}
+
+/* At an optimum over the working set: take in the entries along which f still falls. prior: weight
+ * of the blends' prior in it. Returns 0 where there are none: it is the optimum over all, with the
+ * gap that is then put into the result. */
+static int extend_entries(tug_solver *solver, double prior)
+{
+    const tug_model *model = solver->model;
+    working_set *set = &solver->set;
+    int32_t S = model->header.shapes, wanted = 0, missing = 0;
+    scatter_entries(model, set, set->B, solver->B);
+    if (has_all_entries(model, set)) {
+        return 0;
+    }
+    double tau = solver->options.squared ? 1.0 : 2.0 * sqrt(solver->blend.u), gap = 0.0;
+    double noise = 1e-12 * tau * solver->blend.objective + 1e-15 * fabs(solver->r);
+    find_slopes(solver, prior);
+    for (int32_t g = 0; g < model->header.groups; g++) {
+        price one = price_group(solver, g, tau, noise);
+        missing |= one.excess > noise;
+        wanted = one.wanted > wanted ? one.wanted : wanted;
+        gap += one.excess / tau;
+    }
+    if (!missing) {
+        solver->blend.gap = gap;
+        return 0;
+    }
+    for (int32_t i = 0; i < model->header.groups * S; i++) {
+        set->slopes[i] += tau * solver->d[i];
+    }
+    /* Wider each time, so that it ends. */
+    open_entries(solver, set->slopes, wanted > set->width ? wanted : set->width + 1);
+    return 1;
+}
+
+/* B^: the blend that suits the rotations' prior, a convex problem. */
+static void find_blend_prior(tug_solver *solver)
+{
+    do {
+        find_blend_energy(solver);
+        minimise(solver, rotation_prior_energy(solver));
+    } while (extend_entries(solver, 0.0));
+    size_t n = (size_t)(solver->model->header.groups * solver->model->header.shapes);
+    memcpy(solver->prior_B, solver->B, n * sizeof *solver->B);
+    gather_entries(solver->model, &solver->set, 1, solver->prior_B, solver->set.prior_B);
+}
+
+/* Newton's method on phi over the working set. */
+static void turn_to_optimum(tug_solver *solver, tug_solve_info *info)
+{
     solve_blend_here(solver);
+    info->converged = 0;
     info->residual = INFINITY;
     while (info->rounds < solver->options.max_rounds && !info->converged) {
         info->residual = descend(solver);
         info->rounds++;
         info->converged = info->residual <= solver->options.tolerance;
     }
+}
+
+void solve_steady(tug_solver *solver, tug_solve_info *info)
+{
+    find_rotation_prior(solver);
+    int cold = !solver->options.warm_start || !solver->solved;
+    memcpy(solver->kept_R, solver->group_R, rotation_bytes(solver));
+    memcpy(solver->group_R, solver->prior_R, rotation_bytes(solver));
+    open_entries(solver, solver->d, 0);
+    find_blend_prior(solver);
+    if (!cold) {
+        memcpy(solver->group_R, solver->kept_R, rotation_bytes(solver));
+    }
+    do {
+        turn_to_optimum(solver, info);
+    } while (extend_entries(solver, solver->options.prior));
     spread_rotations(solver);
     double priors = rotation_prior_energy(solver) + blend_prior_energy(solver);
     info->energy = fmax(solver->blend.u - 0.5 * priors, 0.0);

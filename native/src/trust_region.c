@@ -137,7 +137,8 @@ static linearisation linearise(tug_solver *solver)
         solver->trust.slope[i] /= tau;
     }
     find_own_moments(solver, solver->trust.slope, solver->trust.slope_moments);
-    contract_pair_rotations(solver->model, joint_energy(solver)->C, solver->R, solver->trust.Q);
+    coupling all = joint_coupling(joint_energy(solver));
+    contract_pair_rotations(&all, solver->R, solver->trust.Q);
     keep_point(solver, solver->trust.kept);
     memcpy(solver->trust.R, solver->R, count * sizeof *solver->R);
     return (linearisation){
@@ -175,8 +176,11 @@ static double minimise_model(tug_solver *solver, const linearisation *at, double
         solver->trust.d[i] = solver->d[i] + tilt;
         solver->trust.folded_d[i % S] += tilt;
     }
-    double r = shrink * (solver->r + part * damping * at->own_energy);
-    solve_blend_with(solver, r, solver->trust.d, solver->trust.folded_d);
+    blend_terms terms = all_terms(solver);
+    terms.d = solver->trust.d;
+    terms.folded_d = solver->trust.folded_d;
+    terms.r = shrink * (solver->r + part * damping * at->own_energy);
+    solve_blend(solver, &terms);
     double rest = solver->options.squared ? 0.5 * part * at->slope_size : 0.0;
     return solver->blend.objective - part * at->slope_there - rest;
 }

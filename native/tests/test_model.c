@@ -77,7 +77,8 @@ static double reduced_energy(const fixture *f, const tug_model *model, const sta
 {
     int32_t n = f->groups * f->shapes, k = f->dimension;
     double Q[MAX_PAIRS * MAX_PAIRS], sum = energy_of_rows(&model->energy, x->Y, k);
-    contract_pair_rotations(model, model->energy.C, x->turned, Q);
+    coupling all = joint_coupling(&model->energy);
+    contract_pair_rotations(&all, x->turned, Q);
     for (int32_t i = 0; i < n; i++) {
         sum -= 2.0 * x->blend[i] * trace_of_product(k, x->turned + i * k * k, x->pull + i * k * k);
         for (int32_t j = 0; j < n; j++) {
@@ -300,6 +301,7 @@ static void contractions_agree(void)
         static double Q[MAX_PAIRS * MAX_PAIRS], pair_Q[MAX_PAIRS * MAX_PAIRS];
         double C[9 * MAX_GROUPS * MAX_GROUPS], R[9 * MAX_GROUPS], pairs[9 * MAX_PAIRS];
         double B[MAX_PAIRS], X[9 * MAX_GROUPS], quadratic = 0.0, through_C = 0.0;
+        coupling all = joint_coupling(&model->energy);
         random_blend(&random, f.groups, S, B);
         for (int32_t j = 0; j < n; j++) {
             if (j % S == 0) {
@@ -307,13 +309,13 @@ static void contractions_agree(void)
             }
             memcpy(pairs + j * kk, R + j / S * kk, (size_t)kk * sizeof *R);
         }
-        contract_rotations(model, model->energy.C, R, Q);
-        contract_pair_rotations(model, model->energy.C, pairs, pair_Q);
+        contract_rotations(&all, R, Q);
+        contract_pair_rotations(&all, pairs, pair_Q);
         for (int32_t j = 0; j < n * n; j++) {
             CHECK_NEAR(Q[j], pair_Q[j], 1e-12);
             quadratic += B[j / n] * B[j % n] * Q[j];
         }
-        contract_blend(model, model->energy.C, B, C);
+        contract_blend(&all, B, C);
         for (int32_t j = 0; j < size * size; j++) { /* sum of tr(R_g C_gh R_h^T) */
             const double *left = R + j / size / k * kk, *right = R + j % size / k * kk;
             for (int32_t a = 0; a < k; a++) {
@@ -322,7 +324,7 @@ static void contractions_agree(void)
         }
         CHECK_NEAR(through_C / quadratic, 1.0, 1e-10);
         for (int32_t s = 0; s < S; s++) { /* group 1's rows of C, shape by shape */
-            contract_blend_row(model, model->energy.C, S + s, B, X);
+            contract_blend_row(&all, S + s, B, X);
             for (int32_t j = 0; j < k * size; j++) {
                 int32_t a = j / size, h = j % size / k, b = j % k;
                 C[(k + a) * size + h * k + b] -= B[S + s] * X[h * kk + a * k + b];
