@@ -6,6 +6,7 @@
 
 static atomic_long live;
 static atomic_long total;
+static atomic_size_t bytes;
 static atomic_long successes_left = -1;
 
 /* Counts down to zero and stays there; below zero it is switched off. */
@@ -27,6 +28,7 @@ void *allocate(size_t count, size_t size)
     if (memory != NULL) {
         atomic_fetch_add(&live, 1);
         atomic_fetch_add(&total, 1);
+        atomic_fetch_add(&bytes, count * size);
     }
     return memory;
 }
@@ -52,4 +54,9 @@ long live_allocations(void)
 long total_allocations(void)
 {
     return atomic_load(&total);
+}
+
+size_t allocated_bytes(void)
+{
+    return atomic_load(&bytes);
 }

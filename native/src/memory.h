@@ -20,4 +20,7 @@ void fail_allocations_after(long successes);
 long live_allocations(void);
 long total_allocations(void);
 
+/* For tests: bytes ever asked for. */
+size_t allocated_bytes(void);
+
 #endif
