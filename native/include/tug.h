@@ -136,9 +136,9 @@ TUG_API void tug_default_weights_options(tug_weights_options *options);
 /* Bounded biharmonic weights (Jacobson et al. 2011) on the surface: for each handle the minimiser
  * of the Laplacian energy w^T L M^-1 L w within [0, 1] that is one on the handle's vertices and
  * zero on the others'; values below ten times the tolerance become zero, so that a handle reaches
- * no farther than its weights count; then every row is divided by its sum. handle_starts: #W + 1 offsets into
- * handle_vertices, which lists the vertices of handle after handle. weights: #V by #W. Fails with
- * TUG_ERROR_HANDLES where two handles share a vertex or a component has none. One sparse
+ * no farther than its weights count; then every row is divided by its sum. handle_starts: #W + 1
+ * offsets into handle_vertices, which lists the vertices of handle after handle. weights: #V by #W.
+ * Fails with TUG_ERROR_HANDLES where two handles share a vertex or a component has none. One sparse
  * factorisation and a few tens of solves a handle: about a second at 20,000 vertices. */
 TUG_API tug_status tug_compute_weights(const tug_mesh *mesh, const int32_t *handle_starts,
                                        const int32_t *handle_vertices, int32_t handle_count,
