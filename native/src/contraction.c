@@ -171,22 +171,30 @@ void contract_blend(const coupling *from, const double *B, double *out)
     mirror_lower(out, size);
 }
 
+/* X += sum_t B_t C_t of one pair, its entries t `step` apart. */
+static void add_entries(const coupling *from, const double *entries, int32_t step, const double *B,
+                        double *X)
+{
+    int32_t SS = from->shapes * from->shapes;
+    for (int32_t t = 0; t < from->shapes; t++, entries += step) {
+        for (int32_t ab = 0; ab < from->k * from->k && B[t] != 0.0; ab++) {
+            X[ab] += B[t] * entries[ab * SS];
+        }
+    }
+}
+
 void contract_blend_row(const coupling *from, int32_t pair, const double *B, double *X)
 {
-    int32_t kk = from->k * from->k;
-    int32_t G = from->groups, k = from->k, S = from->shapes;
-    int32_t g = pair / S, s = pair % S;
-    memset(X, 0, (size_t)(G * kk) * sizeof *X);
-    for (int32_t h = 0; h < G; h++) {
-        /* The block of two groups, later group first, is the transpose of what is stored. */
-        int32_t swapped = h < g, step = swapped ? S : 1;
-        const double *entries =
-            swapped ? component(from, h, g, 0) + s : component(from, g, h, 0) + s * S;
-        for (int32_t t = 0; t < S; t++) {
-            for (int32_t ab = 0; ab < kk && B[h * S + t] != 0.0; ab++) {
-                int32_t stored = swapped ? ab % k * k + ab / k : ab;
-                X[h * kk + ab] += B[h * S + t] * entries[stored * S * S + t * step];
-            }
+    int32_t k = from->k, kk = k * k, S = from->shapes, g = pair / S, s = pair % S;
+    memset(X, 0, (size_t)(from->groups * kk) * sizeof *X);
+    for (int32_t h = 0; h < g; h++) { /* stored the other way round: transposed */
+        double transposed[9] = {0.0};
+        add_entries(from, component(from, h, g, 0) + s, S, B + h * S, transposed);
+        for (int32_t ab = 0; ab < kk; ab++) {
+            X[h * kk + ab] = transposed[ab % k * k + ab / k];
         }
+    }
+    for (int32_t h = g; h < from->groups; h++) {
+        add_entries(from, component(from, g, h, 0) + s * S, 1, B + h * S, X + h * kk);
     }
 }

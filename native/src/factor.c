@@ -61,3 +61,25 @@ void solve_factor_transposed(const double *factor, int32_t n, int32_t count, dou
         solve_right_upper_transposed(x + first, count, n, panel, rows, width);
     }
 }
+
+/* Rows to columns: x is n by `columns`, y the other way round. */
+static void turn_over(int32_t n, int32_t columns, const double *x, double *y)
+{
+    for (int32_t i = 0; i < n; i++) {
+        for (int32_t c = 0; c < columns; c++) {
+            y[c * n + i] = x[i * columns + c];
+        }
+    }
+}
+
+void solve_factored(const double *factor, int32_t n, int32_t columns, double *work, double *x)
+{
+    if (n <= PANEL_ROWS) { /* a single panel is a square */
+        cholesky_solve(factor, n, x, columns);
+        return;
+    }
+    turn_over(n, columns, x, work);
+    solve_factor(factor, n, columns, work);
+    solve_factor_transposed(factor, n, columns, work);
+    turn_over(columns, n, work, x);
+}

@@ -18,4 +18,7 @@ void pack_factor(const double *square, int32_t ld, int32_t n, double *factor);
 void solve_factor(const double *factor, int32_t n, int32_t count, double *x);
 void solve_factor_transposed(const double *factor, int32_t n, int32_t count, double *x);
 
+/* x <- (G^T G)^-1 x, n by `columns`. work: n columns. */
+void solve_factored(const double *factor, int32_t n, int32_t columns, double *work, double *x);
+
 #endif

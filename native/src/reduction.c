@@ -116,23 +116,22 @@ static void apply_transposed_K(const reduction *r, const double *V, int32_t k, d
     }
 }
 
-/* N <- M^-1 N, the dependent unknowns zero. work: unknowns k. */
+/* N <- M^-1 N, the dependent unknowns zero. work: twice unknowns k. */
 static void solve_transforms(const reduction *r, int32_t k, double *work, double *N)
 {
     int32_t rank = *r->rank;
     for (int32_t i = 0; i < rank; i++) {
         int32_t column = r->pivots[i];
         for (int32_t a = 0; a < k; a++) {
-            work[a * rank + i] = r->scale[column] * N[column * k + a];
+            work[i * k + a] = r->scale[column] * N[column * k + a];
         }
     }
-    solve_factor(r->factor, rank, k, work);
-    solve_factor_transposed(r->factor, rank, k, work);
+    solve_factored(r->factor, rank, k, work + r->unknowns * k, work);
     memset(N, 0, (size_t)(r->unknowns * k) * sizeof *N);
     for (int32_t i = 0; i < rank; i++) {
         int32_t column = r->pivots[i];
         for (int32_t a = 0; a < k; a++) {
-            N[column * k + a] = r->scale[column] * work[a * rank + i];
+            N[column * k + a] = r->scale[column] * work[i * k + a];
         }
     }
 }
@@ -148,7 +147,7 @@ void recover_transforms(const reduction *r, const double *V, const double *Y, in
         const double *row = r->X + (size_t)i * b;
         double sum[3] = {0.0, 0.0, 0.0};
         for (size_t j = 0; j < b; j++) {
-            for (size_t a = 0; a < (size_t)k; a++) {
+            for (size_t a = 0; a < (size_t)k && row[j] != 0.0; a++) { /* most are zero */
                 sum[a] += row[j] * T[j * (size_t)k + a];
             }
         }

@@ -68,7 +68,7 @@ double energy_of_rows(const reduction *energy, const double *Y, int32_t k);
 /* Doubles of work for recover_transforms. */
 static inline size_t recovery_size(const reduction *r, int32_t k)
 {
-    return (size_t)(r->unknowns + r->rows) * (size_t)k;
+    return (size_t)(2 * r->unknowns + r->rows) * (size_t)k;
 }
 
 /* T = Z K^T V^T + F Y, unknowns by k. V: turned by k, its blocks the transposes of blend weight

@@ -46,7 +46,7 @@ typedef struct state {
     double blend[MAX_PAIRS], rotations[9 * MAX_PAIRS], turned[9 * MAX_PAIRS];
     double targets[3 * MAX_WEIGHTS], Y[3 * MAX_WEIGHTS];
     double pull[9 * MAX_PAIRS], V[9 * MAX_PAIRS], T[3 * MAX_COLUMNS], placed_T[3 * MAX_COLUMNS];
-    double recovery[3 * (MAX_COLUMNS + MAX_WEIGHTS)];
+    double recovery[3 * (2 * MAX_COLUMNS + MAX_WEIGHTS)];
     double positions[MAX_COORDINATES];
 } state;
 

@@ -70,7 +70,7 @@ static int allocate_room(reduced *r, const tug_baseline_problem *problem)
     r->CdV = allocate(S * block, sizeof *r->CdV);
     size_t unknowns = (size_t)problem->weight_count * (1 + k);
     r->T = allocate(unknowns * k, sizeof *r->T);
-    r->recovery = allocate((unknowns + (size_t)problem->handle_count) * k, sizeof *r->recovery);
+    r->recovery = allocate((2 * unknowns + (size_t)problem->handle_count) * k, sizeof *r->recovery);
     int room = features_create(problem->dimension, problem->group_count, problem->shape_count,
                                &r->features);
     room &= weight_workspace_create(problem->shape_count, &r->weights);
