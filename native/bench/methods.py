@@ -47,22 +47,26 @@ class Method(Protocol):
 class Tally:
     """What Tug's own solves have certified: numbers of solves, and the worst of them.
 
-    A gap is relative to the objective, or to a thousandth of the rest shape's diagonal where that
-    is more: at an example the objective is zero.
+    A gap is relative to the objective; where that is below a thousandth of the rest shape's
+    diagonal (at an example it is zero, and rounding is all there is) it is in diagonals, and apart.
     """
 
     solves: int = 0
     unconverged: int = 0
-    rises: int = 0  # solves whose objective rose though the form guarantees that it does not
+    rises: int = 0  # solves whose objective rose beyond rounding though the form excludes it
     gap: float = 0.0
     where: str = ""  # the largest gap was seen
+    gap_at_examples: float = 0.0
 
     def count(self, info: SolveInfo, form: Form, diagonal: float) -> None:
         """One more solve."""
         self.solves += 1
         self.unconverged += not info.converged and form != Form.PAPER
-        self.rises += info.increase > 0 and form != Form.PAPER
-        self.gap = max(self.gap, info.gap / max(info.objective, 1e-3 * diagonal))
+        self.rises += info.increase > 1e-12 * diagonal and form != Form.PAPER
+        if info.objective >= 1e-3 * diagonal:
+            self.gap = max(self.gap, info.gap / info.objective)
+        else:
+            self.gap_at_examples = max(self.gap_at_examples, info.gap / diagonal)
 
     def add(self, other: Tally, where: str = "") -> None:
         """The solves of another tally, and where they were."""
@@ -72,6 +76,7 @@ class Tally:
         self.unconverged += other.unconverged
         self.rises += other.rises
         self.gap = max(self.gap, other.gap)
+        self.gap_at_examples = max(self.gap_at_examples, other.gap_at_examples)
 
 
 class Tug:

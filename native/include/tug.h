@@ -343,9 +343,11 @@ typedef struct tug_solve_info {
      * of length */
     double objective;
     double energy;   /* E_d of (A 9) */
-    double gap;      /* of the last (A 20): the objective is at most this far above its optimum */
+    double gap;      /* of the last (A 20): the objective is at most this far above its optimum, up
+                        to its rounding */
     double residual; /* how far the last round would have turned a rotation; radians */
-    double increase; /* largest rise of the objective in a round; 0 but in the paper's form */
+    double increase; /* largest rise of the objective in a round: rounding, but in the paper's
+                        form */
 } tug_solve_info;
 
 TUG_API void tug_default_solver_options(tug_solver_options *options);

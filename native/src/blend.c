@@ -8,9 +8,9 @@
 #include <string.h>
 
 /* u is found by cancellation from terms of the size of r, so below this part of r its digits are
- * noise. It is added to u: f is then smooth where the handles sit exactly on an example (u = 0),
- * and moves by at most sqrt(FLOOR r). */
-static const double FLOOR = 1e-17;
+ * noise, and u counts as this part of r: where the handles sit exactly on an example (u = 0) the
+ * costs alone decide. f moves by at most sqrt(FLOOR r). */
+static const double FLOOR = 4e-15;
 
 /* The face's Hessian is raised by this part of its mean diagonal, so that shapes that are there
  * twice do no harm; what the raised step misses, the next one makes up for. */
@@ -70,7 +70,7 @@ static void find_gradient(const blend_problem *p, const double *B, double *gradi
 /* Above zero even where there is nothing to fit and r is zero. */
 double raise_to_rounding(double u, double r)
 {
-    return fmax(u, 0.0) + FLOOR * fabs(r) + 1e-300;
+    return fmax(u, FLOOR * fabs(r) + 1e-300);
 }
 
 /* u, from B and its gradient. */
@@ -81,9 +81,21 @@ static double find_u(const blend_problem *p, const double *B, const double *grad
     return raise_to_rounding(u, p->r);
 }
 
+/* The least that u can be. */
+static double least_u(const blend_problem *p)
+{
+    return raise_to_rounding(0.0, p->r);
+}
+
+/* What an energy adds to f. */
+static double weigh_energy(const blend_problem *p, double u)
+{
+    return p->squared ? u : sqrt(u);
+}
+
 static double find_objective(const blend_problem *p, const double *B, double u)
 {
-    return (p->squared ? u : sqrt(u)) + dot(p->d, B, (size_t)size_of(p));
+    return weigh_energy(p, u) + dot(p->d, B, (size_t)size_of(p));
 }
 
 /* The weight of d against u in the optimality conditions of f: 2 sqrt(u), or 1 without the root. */
@@ -166,7 +178,7 @@ static double choose_tau(const blend_problem *p, const blend_workspace *w, doubl
         u0 += 0.5 * slope * w->to_u[a];
         kappa -= w->reduced_d[a] * w->along_d[a];
     }
-    u0 = fmax(u0, raise_to_rounding(0.0, p->r));
+    u0 = fmax(u0, least_u(p));
     return 2.0 * sqrt(2.0 * kappa < 1.0 - 1e-12 ? u0 / (1.0 - 2.0 * kappa) : 1e6 * u);
 }
 
@@ -221,11 +233,11 @@ static void restore_sums(const blend_problem *p, double *B)
 }
 
 /* f is convex, so it exceeds its minimum by at most grad f^T B - min grad f^T B' over the
- * simplices; and, since u is not negative, by at most f - min d^T B', which is the one that tells
- * where u is zero and has no gradient. */
+ * simplices; and, since u has a least value, by at most what f is above that and min d^T B', which
+ * is the one that tells where u is at its least and has no gradient. */
 static double find_gap(const blend_problem *p, const blend_workspace *w, const double *B, double u)
 {
-    double gap = 0.0, price = 0.0, tau = find_tau(p, u);
+    double gap = 0.0, least_f = weigh_energy(p, least_u(p)), tau = find_tau(p, u);
     for (int32_t g = 0; g < p->groups; g++) {
         double mean = 0.0, least = INFINITY, cheapest = INFINITY;
         for (int32_t i = g * p->shapes; i < (g + 1) * p->shapes; i++) {
@@ -235,9 +247,9 @@ static double find_gap(const blend_problem *p, const blend_workspace *w, const d
             cheapest = fmin(cheapest, p->d[i]);
         }
         gap += mean - least;
-        price += cheapest;
+        least_f += cheapest;
     }
-    return fmax(fmin(gap, find_objective(p, B, u) - price), 0.0);
+    return fmax(fmin(gap, find_objective(p, B, u) - least_f), 0.0);
 }
 
 /* Free the entries at zero along which f falls: each group's best, or only the best of all. Returns

@@ -15,7 +15,7 @@ typedef struct blend_problem {
     int32_t groups, shapes;
     const double *Q; /* n by n, n = groups shapes */
     const double *c; /* n */
-    double r;
+    double r;        /* such that u is not negative on the simplices */
     const double *d; /* n: costs times lambda */
     int32_t squared;
 } blend_problem;
@@ -39,7 +39,7 @@ typedef struct blend_result {
     int32_t pivots;
     double objective;
     double u;
-    double gap; /* f(B) is at most this far above its minimum */
+    double gap; /* f(B) is at most this far above its minimum, but for the rounding of u */
 } blend_result;
 
 /* u as the root takes it: not below the rounding of terms of the size of r, nor below zero. */

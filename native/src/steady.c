@@ -433,8 +433,10 @@ static void turn_to_optimum(tug_solver *solver, tug_solve_info *info)
     info->converged = 0;
     info->residual = INFINITY;
     while (info->rounds < solver->options.max_rounds && !info->converged) {
+        double before = solver->blend.objective;
         info->residual = descend(solver);
         info->rounds++;
+        info->increase = fmax(info->increase, solver->blend.objective - before);
         info->converged = info->residual <= solver->options.tolerance;
     }
 }

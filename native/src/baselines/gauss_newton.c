@@ -89,18 +89,20 @@ static void damp(int32_t S, int corrected, double damping, weight_workspace *w)
     }
 }
 
-/* trial <- the minimiser of the quadratic model on the simplex. */
+/* trial <- the minimiser of the quadratic model on the simplex. Its constant keeps it from falling
+ * below zero there: its linear part is at its least for one weight alone. */
 static void step_in_simplex(int32_t S, const double *at, weight_workspace *w)
 {
-    double r = 0.0;
+    double r = 0.0, least = INFINITY;
     memset(w->step, 0, (size_t)S * sizeof *w->step);
     for (int32_t i = 0; i < S; i++) {
         double product = dot(w->damped + i * S, at, (size_t)S);
         w->linear[i] = w->gradient[i] - product;
-        r += at[i] * (product - 2.0 * w->gradient[i]);
+        r += at[i] * product;
+        least = fmin(least, w->gradient[i]);
     }
     memcpy(w->trial, at, (size_t)S * sizeof *at);
-    blend_problem model = {1, S, w->damped, w->linear, r, w->step, 1};
+    blend_problem model = {1, S, w->damped, w->linear, r - 2.0 * least, w->step, 1};
     minimise_blend(&model, &w->blending, w->trial);
 }
 
