@@ -160,3 +160,12 @@ int32_t nearest_group(const tug_model *model, int32_t row)
     }
     return nearest;
 }
+
+double stiffness_share(const tug_model *model, int32_t group)
+{
+    double sum = 0.0;
+    for (int32_t g = 0; g < model->header.groups; g++) {
+        sum += model->stiffness[g];
+    }
+    return model->stiffness[group] / sum;
+}

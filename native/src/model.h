@@ -69,6 +69,9 @@ static inline double *group_form(const tug_model *model, const shape_model *shap
     return shape->L + model->form_offsets[g];
 }
 
+/* The group's part of all stiffness. The shares sum to one. */
+double stiffness_share(const tug_model *model, int32_t group);
+
 size_t model_blob_size(const tug_model *model);
 tug_status model_save(const tug_model *model, void *blob, size_t size);
 tug_status model_load(const void *blob, size_t size, tug_model **out);

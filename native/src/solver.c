@@ -37,13 +37,17 @@ static double cost_of(const tug_solver *solver, double D)
 }
 
 /* The costs: of each group and shape (A 10), or of each shape as a whole (A 5) for a single blend.
- */
+ * sum_g sqrt(D_gs) grows with the number of groups that a shape's energy is cut into. The steady
+ * form weighs its terms by the groups' shares w_g of the stiffness: sum_g sqrt(w_g D_gs) is at most
+ * the root of the whole energy, and is that where the energy is spread like the stiffness. */
 static void price_shapes(tug_solver *solver)
 {
     int32_t G = solver->model->header.groups, S = solver->model->header.shapes;
     const double *D = solver->costs.D;
+    int shared = solver->options.form == TUG_FORM_STEADY && !solver->options.squared;
     for (int32_t i = 0; i < G * S; i++) {
-        solver->d[i] = cost_of(solver, D[i]);
+        double share = shared ? stiffness_share(solver->model, i / S) : 1.0;
+        solver->d[i] = cost_of(solver, share * D[i]);
     }
     for (int32_t s = 0; s < S; s++) {
         double sum = 0.0;

@@ -3,7 +3,7 @@
  * blend,
  *
  *     f(R, B) = sqrt(E_d(R, B) + eps/2 sum_g (w_g |R_g - R^_g|^2 + 3 |B_g - B^_g|^2_H)) + lambda
- * d^T B,
+ * d^T B,    d_gs = sqrt(w_g D_gs / sum_h w_h),
  *
  * with the transforms eliminated. The blend is eliminated too: phi(R) = min over B of f is
  * minimised by Newton's method, downhill in every step. Second derivatives of phi are those of E_d
@@ -30,12 +30,11 @@ static double mismatch(const tug_solver *solver, int32_t g, int32_t s)
     static const double elsewhere = 0.1;
     const tug_model *model = solver->model;
     int32_t S = model->header.shapes;
-    double energy = 0.0, stiffness = 0.0;
+    double energy = 0.0;
     for (int32_t h = 0; h < model->header.groups; h++) {
         energy += solver->costs.D[h * S + s];
-        stiffness += model->stiffness[h];
     }
-    double share = elsewhere * model->stiffness[g] / stiffness;
+    double share = elsewhere * stiffness_share(model, g);
     return solver->costs.D[g * S + s] + share * energy + 1e-12 * model->stiffness[g] + 1e-300;
 }
 

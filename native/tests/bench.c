@@ -102,12 +102,29 @@ double energy_of(const bench *b)
     return measure_energy(&b->f, b->positions, b->blend, b->rotations);
 }
 
+/* Roots of the groups' parts of the rest shape's energy against nothing: what the steady form
+ * weighs its costs with. Others' are one. */
+static void find_share_roots(const bench *b, double *roots)
+{
+    static const double nothing[9 * MAX_PAIRS];
+    int shared = b->options.form == TUG_FORM_STEADY && !b->options.squared;
+    double energies[MAX_GROUPS], sum = 0.0;
+    measure_groups(&b->f, shape_of(&b->f, 0), nothing, nothing, energies);
+    for (int32_t g = 0; g < b->f.groups; g++) {
+        sum += energies[g];
+    }
+    for (int32_t g = 0; g < b->f.groups; g++) {
+        roots[g] = shared ? sqrt(energies[g] / sum) : 1.0;
+    }
+}
+
 double price_of(const bench *b)
 {
     int32_t S = b->f.shapes, n = b->f.groups * S;
-    double sum = 0.0;
+    double sum = 0.0, roots[MAX_GROUPS];
+    find_share_roots(b, roots);
     for (int32_t i = 0; i < n && !b->options.single_blend; i++) {
-        sum += b->blend[i] * b->costs[i];
+        sum += roots[i / S] * b->blend[i] * b->costs[i];
     }
     for (int32_t s = 0; s < S && b->options.single_blend; s++) {
         double whole = 0.0;
