@@ -28,11 +28,12 @@ int blend_workspace_create(int32_t groups, int32_t shapes, blend_workspace *w)
     w->to_u = allocate(n, sizeof *w->to_u);
     w->along_d = allocate(n, sizeof *w->along_d);
     w->reduced_d = allocate(n, sizeof *w->reduced_d);
+    w->kept = allocate(n, sizeof *w->kept);
     w->free = allocate(n, sizeof *w->free);
     w->list = allocate(n, sizeof *w->list);
     w->pivot = allocate((size_t)groups, sizeof *w->pivot);
     return w->gradient && w->direction && w->reduced && w->to_u && w->along_d && w->reduced_d &&
-           w->free && w->list && w->pivot;
+           w->kept && w->free && w->list && w->pivot;
 }
 
 void blend_workspace_destroy(blend_workspace *w)
@@ -43,6 +44,7 @@ void blend_workspace_destroy(blend_workspace *w)
     release(w->to_u);
     release(w->along_d);
     release(w->reduced_d);
+    release(w->kept);
     release(w->free);
     release(w->list);
     release(w->pivot);
@@ -284,39 +286,61 @@ static int32_t release_entries(const blend_problem *p, blend_workspace *w, doubl
     return released;
 }
 
-blend_result minimise_blend(const blend_problem *p, blend_workspace *w, double *B)
+/* Only entries above zero may move. */
+static void free_support(const blend_problem *p, const double *B, blend_workspace *w)
 {
-    int32_t n = size_of(p), limit = 100 + 20 * n, idle = 0;
-    for (int32_t i = 0; i < n; i++) {
+    for (int32_t i = 0; i < size_of(p); i++) {
         w->free[i] = B[i] > 0.0;
     }
+}
+
+/* One step on the face. Returns the part of it that was taken. Where f is rounding along the face,
+ * a step may lead upwards: it is not taken, and the face counts as done. */
+static double descend(const blend_problem *p, blend_workspace *w, double precision, double *B,
+                      blend_result *result)
+{
+    size_t bytes = (size_t)size_of(p) * sizeof *B;
+    memcpy(w->kept, B, bytes);
+    choose_face(p, B, w);
+    find_direction(p, w, result->u);
+    double part = walk(p, w, B);
+    restore_sums(p, B);
+    find_gradient(p, B, w->gradient);
+    double u = find_u(p, B, w->gradient), objective = find_objective(p, B, u);
+    if (objective > result->objective + precision) {
+        memcpy(B, w->kept, bytes);
+        find_gradient(p, B, w->gradient);
+        free_support(p, B, w);
+        choose_face(p, B, w);
+        return 1.0;
+    }
+    result->u = u;
+    result->objective = objective;
+    return part;
+}
+
+blend_result minimise_blend(const blend_problem *p, blend_workspace *w, double *B)
+{
+    int32_t limit = 100 + 20 * size_of(p), idle = 0;
+    double precision = 1e-13 * sqrt(fabs(p->r));
+    free_support(p, B, w);
     find_gradient(p, B, w->gradient);
     double u = find_u(p, B, w->gradient);
     blend_result result = {0, find_objective(p, B, u), u, INFINITY};
-    double precision = 1e-13 * sqrt(fabs(p->r));
     while (result.pivots < limit) {
-        choose_face(p, B, w);
-        find_direction(p, w, u);
-        double part = walk(p, w, B);
-        restore_sums(p, B);
-        find_gradient(p, B, w->gradient);
-        u = find_u(p, B, w->gradient);
-        double objective = find_objective(p, B, u);
-        idle = objective < result.objective - precision ? 0 : idle + 1;
-        result.objective = objective;
+        double before = result.objective, part = descend(p, w, precision, B, &result);
+        idle = result.objective < before - precision ? 0 : idle + 1;
         result.pivots++;
         if (part < 1.0) {
             continue;
         }
-        double tau = find_tau(p, u);
-        result.gap = find_gap(p, w, B, u);
-        if (result.gap <= 1e-12 * objective || idle > 3 ||
-            (release_entries(p, w, tau, idle > 0) == 0 && idle > 0)) {
+        result.gap = find_gap(p, w, B, result.u);
+        if (result.gap <= 1e-12 * result.objective || idle > 3 ||
+            (release_entries(p, w, find_tau(p, result.u), idle > 0) == 0 && idle > 0)) {
             break;
         }
     }
-    result.gap = find_gap(p, w, B, u);
-    result.u = u;
+    result.gap = find_gap(p, w, B, result.u);
     return result;
 }
 

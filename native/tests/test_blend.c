@@ -343,30 +343,63 @@ static void rounding_does_not_spoil_the_gap(void)
     }
 }
 
-/* Shapes that nearly agree in a group: what the energy says of exchanging them drowns in the
- * rounding of Q, c and r, and what it costs is little, but does not. */
+/* Shapes that nearly agree in a group, the targets on the first of them: what the energy says of
+ * exchanging them drowns in the rounding of Q, c and r, and what it costs is little, but does not.
+ */
+static void make_agreeing(problem *p, uint64_t *state, int i, double rounding, double *first)
+{
+    make_problem(p, state, 1 + i % 5, 2 + i % 7, 45);
+    double agreement = pow(10.0, random_between(state, -9.0, -5.0));
+    for (int32_t j = 0; j < p->rows * p->n; j++) {
+        p->A[j] = p->A[j / p->shapes * p->shapes] + agreement * random_between(state, -1.0, 1.0);
+    }
+    for (int32_t j = 0; j < p->n; j++) {
+        first[j] = j % p->shapes == 0 ? 1.0 : 0.0;
+    }
+    put_target_on(p, first);
+    p->lambda = pow(10.0, random_between(state, -8.0, -3.0));
+    for (int32_t j = 0; j < p->n; j++) {
+        p->c[j] += rounding * p->r * random_between(state, -1.0, 1.0);
+    }
+}
+
 static void rounding_does_not_lead_away_from_an_example(void)
 {
     uint64_t state = 12;
     for (int i = 0; i < 200; i++) {
         problem p;
-        double shape[MAX_UNKNOWNS] = {0}, B[MAX_UNKNOWNS];
-        make_problem(&p, &state, 1 + i % 5, 2 + i % 7, 45);
-        double agreement = pow(10.0, random_between(&state, -9.0, -5.0));
-        for (int32_t j = 0; j < p.rows * p.n; j++) {
-            p.A[j] = p.A[j / p.shapes * p.shapes] + agreement * random_between(&state, -1.0, 1.0);
+        double B[MAX_UNKNOWNS];
+        make_agreeing(&p, &state, i, 1e-15, B);
+        CHECK_NEAR(minimise(&p, B), 0.0, 1e-7 * sqrt(p.r));
+    }
+}
+
+/* f as Q, c and r have it, rounding and all, u counting as 4e-15 r at least. */
+static double reduced_objective(const problem *p, const double *B)
+{
+    double u = 0.5 * p->r, cost = 0.0;
+    for (int32_t i = 0; i < p->n; i++) {
+        u += B[i] * p->c[i];
+        cost += p->lambda * p->d[i] * B[i];
+        for (int32_t j = 0; j < p->n; j++) {
+            u += 0.5 * B[i] * p->Q[i * p->n + j] * B[j];
         }
-        for (int32_t g = 0; g < p.groups; g++) {
-            shape[g * p.shapes] = 1.0;
-        }
-        put_target_on(&p, shape);
-        p.lambda = pow(10.0, random_between(&state, -8.0, -3.0));
-        for (int32_t j = 0; j < p.n; j++) {
-            p.c[j] += 1e-15 * p.r * random_between(&state, -1.0, 1.0);
-        }
-        memcpy(B, shape, sizeof B);
-        double objective = minimise(&p, B);
-        CHECK_NEAR(objective, 0.0, 1e-7 * sqrt(p.r));
+    }
+    return sqrt(fmax(u, 4e-15 * p->r)) + cost;
+}
+
+static void objective_does_not_rise_where_rounding_is_coarse(void)
+{
+    uint64_t state = 13;
+    for (int i = 0; i < 400; i++) {
+        problem p;
+        double B[MAX_UNKNOWNS];
+        tug_blend_info info = {.struct_size = sizeof info};
+        make_agreeing(&p, &state, i, 3e-14, B);
+        double before = reduced_objective(&p, B);
+        CHECK(tug_minimise_blend(p.groups, p.shapes, p.Q, p.c, p.r, p.d, p.lambda, 0, B, &info) ==
+              TUG_OK);
+        CHECK(info.objective <= before + 1e-8 * sqrt(p.r)); /* of u near its least, in the root */
     }
 }
 
@@ -489,6 +522,7 @@ int main(int argc, char **argv)
     RUN(target_on_a_shape_gives_that_shape);
     RUN(rounding_does_not_spoil_the_gap);
     RUN(rounding_does_not_lead_away_from_an_example);
+    RUN(objective_does_not_rise_where_rounding_is_coarse);
     RUN(target_within_the_shapes_is_met_when_costs_do_not_count);
     RUN(shapes_that_are_there_twice_do_no_harm);
     RUN(cheapest_shapes_win_where_nothing_else_counts);
