@@ -294,12 +294,13 @@ static void free_support(const blend_problem *p, const double *B, blend_workspac
     }
 }
 
-/* One step on the face. Returns the part of it that was taken. Where f is rounding along the face,
- * a step may lead upwards: it is not taken, and the face counts as done. */
-static double descend(const blend_problem *p, blend_workspace *w, double precision, double *B,
-                      blend_result *result)
+/* One step on the face. Returns the part of it that was taken. Where u is rounding along the face,
+ * a step may lead upwards by more than that shows in f: it is not taken, the face counts as done.
+ */
+static double descend(const blend_problem *p, blend_workspace *w, double *B, blend_result *result)
 {
     size_t bytes = (size_t)size_of(p) * sizeof *B;
+    double rounding = 1e-15 * fabs(p->r) / find_tau(p, result->u);
     memcpy(w->kept, B, bytes);
     choose_face(p, B, w);
     find_direction(p, w, result->u);
@@ -307,7 +308,7 @@ static double descend(const blend_problem *p, blend_workspace *w, double precisi
     restore_sums(p, B);
     find_gradient(p, B, w->gradient);
     double u = find_u(p, B, w->gradient), objective = find_objective(p, B, u);
-    if (objective > result->objective + precision) {
+    if (objective > result->objective + rounding) {
         memcpy(B, w->kept, bytes);
         find_gradient(p, B, w->gradient);
         free_support(p, B, w);
@@ -328,7 +329,7 @@ blend_result minimise_blend(const blend_problem *p, blend_workspace *w, double *
     double u = find_u(p, B, w->gradient);
     blend_result result = {0, find_objective(p, B, u), u, INFINITY};
     while (result.pivots < limit) {
-        double before = result.objective, part = descend(p, w, precision, B, &result);
+        double before = result.objective, part = descend(p, w, B, &result);
         idle = result.objective < before - precision ? 0 : idle + 1;
         result.pivots++;
         if (part < 1.0) {

@@ -399,7 +399,7 @@ static void objective_does_not_rise_where_rounding_is_coarse(void)
         double before = reduced_objective(&p, B);
         CHECK(tug_minimise_blend(p.groups, p.shapes, p.Q, p.c, p.r, p.d, p.lambda, 0, B, &info) ==
               TUG_OK);
-        CHECK(info.objective <= before + 1e-8 * sqrt(p.r)); /* of u near its least, in the root */
+        CHECK(info.objective <= before + 6e-8 * sqrt(p.r)); /* sqrt(4e-15 r), what u hides */
     }
 }
 
