@@ -17,10 +17,11 @@ import bpy
 import numpy as np
 
 from . import inputs
+from .geometry import Mesh, Rows
 from .inputs import Inputs, RigError
 from .native import Progress, TugError
 from .smoothing import Solution
-from .solver import Form, Mesh, Model, Rows, SolveInfo, Solver, cluster_triangles
+from .solver import Form, Model, SolveInfo, Solver, cluster_triangles
 
 
 @dataclass

@@ -13,10 +13,11 @@ import bpy
 import numpy as np
 
 from . import inputs, live, shape_keys, vertex_groups
+from .geometry import Mesh
 from .inputs import Inputs, RigError
 from .native import Progress, TugError
 from .smoothing import Solution
-from .solver import Mesh, SolveInfo, compute_weights
+from .solver import SolveInfo, compute_weights
 
 HANDLE_SIZE = 0.03  # of an empty, relative to the diagonal of the mesh
 SAME_PLACE = 1e-5  # relative to the diagonal, for a vertex that an edit of the mesh renumbered

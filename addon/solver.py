@@ -3,10 +3,11 @@
 
     mesh + handles -> compute_weights -> cluster_triangles -> Model -> Solver -> positions
 
-`make_solver` does all of it at once. #V vertices, #F triangles, k dimensions (2 or 3), #S shapes,
-#W weight functions, #H constraint rows, #G edge groups; lengths in any unit. Mesh, Model and Solver
-own memory of the library: close them, or use them as context managers. Every function may raise
-native.TugError with the library's own words, and native.LibraryError where there is no library.
+`make_solver` does all of it at once; meshes and rows are those of geometry.py. #V vertices, #F
+triangles, k dimensions (2 or 3), #S shapes, #W weight functions, #H constraint rows, #G edge
+groups; lengths in any unit. Mesh, Model and Solver own memory of the library: close them,
+or use them as context managers. Every function may raise native.TugError with the library's own
+words, and native.LibraryError where there is no library.
 
 A `progress` is called as progress(stage, fraction) at least every 0.1 s or so, with a short English
 phrase and 0 to 1; an exception it raises cancels the call and comes out of it.
@@ -15,7 +16,7 @@ phrase and 0 to 1; an exception it raises cancels the call and comes out of it.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from ctypes import POINTER, byref, c_int32
 from dataclasses import dataclass
 from enum import IntEnum
@@ -24,7 +25,9 @@ from typing import Self
 import numpy as np
 
 from . import native
+from .geometry import Mesh, Rows
 from .native import Progress
+from .objects import Memory, Owner, as_matrix, fields_of, offsets, set_options
 
 
 class Form(IntEnum):
@@ -34,15 +37,6 @@ class Form(IntEnum):
     PAPER = 1
     NO_ROTATIONS = 2
     TRUST_REGION = 3
-
-
-@dataclass(frozen=True)
-class MeshReport:
-    """What is wrong with a mesh: numbers of lines in `text`, errors first."""
-
-    errors: int
-    warnings: int
-    text: str
 
 
 @dataclass(frozen=True)
@@ -111,116 +105,7 @@ class BlendInfo:
     gap: float
 
 
-@dataclass(frozen=True)
-class Rows:
-    """Sparse constraint rows, #H by #V: row r holds values[starts[r]:starts[r + 1]] at the vertices
-    of the same places."""
-
-    starts: np.ndarray
-    vertices: np.ndarray
-    values: np.ndarray
-
-    def __post_init__(self) -> None:
-        for name, dtype in ("starts", np.int32), ("vertices", np.int32), ("values", np.float64):
-            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), dtype))
-
-    @classmethod
-    def pin(cls, vertices: Sequence[int]) -> Self:
-        """One row for each vertex: its position is the target."""
-        return cls.combine([([vertex], [1.0]) for vertex in vertices])
-
-    @classmethod
-    def combine(cls, rows: Sequence[tuple[Sequence[int], Sequence[float]]]) -> Self:
-        """One row for each (vertices, values): the sum of values times positions is the target."""
-        for vertices, values in rows:
-            if len(vertices) != len(values):
-                raise ValueError(f"a row has {len(vertices)} vertices but {len(values)} values")
-        return cls(
-            _offsets([vertices for vertices, _ in rows]),
-            np.array([vertex for vertices, _ in rows for vertex in vertices]),
-            np.array([value for _, values in rows for value in values]),
-        )
-
-    def __len__(self) -> int:
-        return len(self.starts) - 1
-
-
-class _Memory:
-    """One object of the library: freed with the last reference to it, and before what it needs."""
-
-    def __init__(self, pointer: object, destroy: Callable, needs: object = None) -> None:
-        self.pointer, self._destroy, self._needs = pointer, destroy, needs
-
-    def __del__(self) -> None:
-        self._destroy(self.pointer)
-
-
-class _Owner:
-    """Holds one object of the library until close()."""
-
-    def __init__(self, memory: _Memory) -> None:
-        self._memory: _Memory | None = memory
-
-    @property
-    def _pointer(self) -> object:
-        if self._memory is None:
-            raise ValueError(f"this {type(self).__name__} is closed")
-        return self._memory.pointer
-
-    def close(self) -> None:
-        """Let go of the memory now; nothing but close() may be called afterwards."""
-        self._memory = None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        self.close()
-
-
-class Mesh(_Owner):
-    """The rest shape and its triangles. O(#V + #F log #F).
-
-    vertices: #V by k. triangles: #F by 3, indices from 0. Any geometry is taken; `check` says what
-    is wrong with it.
-    """
-
-    def __init__(self, vertices: np.ndarray, triangles: np.ndarray) -> None:
-        vertices, triangles = _matrix(vertices, np.float64), _matrix(triangles, np.int32)
-        if triangles.shape[1] != 3:
-            raise ValueError(f"triangles must be #F by 3, not {triangles.shape}")
-        self.vertex_count, self.dimension = vertices.shape
-        self.triangle_count = len(triangles)
-        out = POINTER(native.tug_mesh)()
-        native.library().tug_create_mesh(
-            vertices, *vertices.shape, triangles, len(triangles), byref(out)
-        )
-        super().__init__(_Memory(out, native.library().tug_destroy_mesh))
-
-    def check(self) -> MeshReport:
-        """What is wrong with the mesh, in words. O(#F)."""
-        text = ctypes.create_string_buffer(4096)
-        errors, warnings = c_int32(), c_int32()
-        native.library().tug_check_mesh(
-            self._pointer, text, len(text), byref(errors), byref(warnings)
-        )
-        return MeshReport(errors.value, warnings.value, text.value.decode(errors="replace"))
-
-    def components(self) -> np.ndarray:
-        """#V component numbers, from 0 in the order of their first vertex."""
-        component, count = np.empty(self.vertex_count, np.int32), c_int32()
-        native.library().tug_find_components(self._pointer, component, byref(count))
-        return component
-
-    def spread(self, count: int, first: int = 0) -> np.ndarray:
-        """`count` vertices spread evenly over the surface: `first`, then always the one farthest
-        along the edges from all before it. O(count #V log #V)."""
-        vertices = np.empty(max(count, 0), np.int32)
-        native.library().tug_spread_vertices(self._pointer, first, count, vertices)
-        return vertices
-
-
-class Model(_Owner):
+class Model(Owner):
     """The constants of a solve; its size does not depend on #V but for the dictionary.
 
     shapes: #S by #V by k, the rest shape first. weights: #V by #W, whose span holds the constant.
@@ -241,7 +126,7 @@ class Model(_Owner):
         progress: Progress | None = None,
     ) -> None:
         shapes = _shapes(mesh, shapes)
-        weights = _matrix(weights, np.float64, rows=mesh.vertex_count)
+        weights = as_matrix(weights, np.float64, rows=mesh.vertex_count)
         groups = np.ascontiguousarray(groups, np.int32)
         if groups.shape != (mesh.triangle_count,):
             raise ValueError(f"groups must be #F = {mesh.triangle_count} numbers")
@@ -255,13 +140,13 @@ class Model(_Owner):
                 *(byref(_native_rows(rows)), groups, int(groups.max(initial=-1)) + 1),
                 *(factors, callback, None, byref(out)),
             )
-        super().__init__(_Memory(out, native.library().tug_destroy_model))
+        super().__init__(Memory(out, native.library().tug_destroy_model))
 
     @property
     def sizes(self) -> ModelSizes:
         sizes = native.tug_model_sizes()
         native.library().tug_get_model_sizes(self._pointer, byref(sizes))
-        return ModelSizes(**_values(sizes))
+        return ModelSizes(**fields_of(sizes))
 
     def save(self) -> bytes:
         """The model as one versioned and checksummed blob, in this machine's byte order."""
@@ -276,11 +161,11 @@ class Model(_Owner):
         out = POINTER(native.tug_model)()
         native.library().tug_load_model(bytes(blob), len(blob), byref(out))
         model = cls.__new__(cls)
-        _Owner.__init__(model, _Memory(out, native.library().tug_destroy_model))
+        Owner.__init__(model, Memory(out, native.library().tug_destroy_model))
         return model
 
 
-class Solver(_Owner):
+class Solver(Owner):
     """A workspace on a model, for one thread at a time. The model may be closed before it.
 
     Options, each with the library's default: form (a Form), squared, single_blend, warm_start,
@@ -291,10 +176,10 @@ class Solver(_Owner):
         self.sizes = model.sizes
         given = native.tug_solver_options()
         native.library().tug_default_solver_options(byref(given))
-        _set_options(given, options)
+        set_options(given, options)
         out = POINTER(native.tug_solver)()
         native.library().tug_create_solver(model._pointer, byref(given), byref(out))
-        super().__init__(_Memory(out, native.library().tug_destroy_solver, model._memory))
+        super().__init__(Memory(out, native.library().tug_destroy_solver, model._memory))
 
     def set_firmness(self, firmness: np.ndarray) -> None:
         """How firmly each row is held from here on, #H: inf, as at first, pins it, 0 lets it go,
@@ -317,7 +202,7 @@ class Solver(_Owner):
         targets = _fitting("targets", targets, self.sizes.rows, self.sizes.dimension)
         info = native.tug_solve_info()
         native.library().tug_solve(self._pointer, targets, byref(info))
-        return SolveInfo(**_values(info))
+        return SolveInfo(**fields_of(info))
 
     def pose(self, targets: np.ndarray, blend: np.ndarray, rotations: np.ndarray) -> None:
         """Instead of a solve, the pose of least energy for targets, a blend and rotations, of the
@@ -369,15 +254,15 @@ def compute_weights(
     """
     given, info = native.tug_weights_options(), native.tug_weights_info()
     native.library().tug_default_weights_options(byref(given))
-    _set_options(given, options)
+    set_options(given, options)
     vertices = np.array([vertex for handle in handles for vertex in handle], np.int32)
     weights = np.empty((mesh.vertex_count, len(handles)))
     with native.reporting(progress) as callback:
         native.library().tug_compute_weights(
-            *(mesh._pointer, _offsets(handles), vertices, len(handles)),
+            *(mesh._pointer, offsets(handles), vertices, len(handles)),
             *(byref(given), callback, None, weights, byref(info)),
         )
-    return weights, WeightsInfo(**_values(info))
+    return weights, WeightsInfo(**fields_of(info))
 
 
 def compute_eigenfunctions(
@@ -395,7 +280,7 @@ def compute_eigenfunctions(
         native.library().tug_compute_eigenfunctions(
             mesh._pointer, count, callback, None, values, functions, byref(info)
         )
-    return values, functions, EigenfunctionsInfo(**_values(info))
+    return values, functions, EigenfunctionsInfo(**fields_of(info))
 
 
 def find_skeleton(
@@ -414,7 +299,7 @@ def find_skeleton(
     shapes = _shapes(mesh, shapes)
     given, info = native.tug_skeleton_options(), native.tug_skeleton_info()
     native.library().tug_default_skeleton_options(byref(given))
-    _set_options(given, options)
+    set_options(given, options)
     room, found = np.empty((mesh.vertex_count, max(bones, 0))), c_int32()
     with native.reporting(progress) as callback:
         native.library().tug_find_skeleton(
@@ -422,14 +307,14 @@ def find_skeleton(
             *(callback, None, room, byref(found), byref(info)),
         )
     weights = room.ravel()[: len(room) * found.value].reshape(len(room), found.value)
-    return weights.copy(), SkeletonInfo(**_values(info))
+    return weights.copy(), SkeletonInfo(**fields_of(info))
 
 
 def cluster_triangles(
     mesh: Mesh, weights: np.ndarray, count: int, *, progress: Progress | None = None
 ) -> np.ndarray:
     """Edge groups: #F numbers from 0, at most `count` different ones. O(rounds #F #W count)."""
-    weights = _matrix(weights, np.float64, rows=mesh.vertex_count)
+    weights = as_matrix(weights, np.float64, rows=mesh.vertex_count)
     groups, found = np.empty(mesh.triangle_count, np.int32), c_int32()
     with native.reporting(progress) as callback:
         native.library().tug_cluster_triangles(
@@ -486,7 +371,7 @@ def fit_dictionary(
     atoms: the only ones to use, as from reduce_dictionary; all of them where it is None.
     """
     given, _keep = _native_dictionary(shapes, weights)
-    positions = _matrix(positions, np.float64, rows=given.vertex_count)
+    positions = as_matrix(positions, np.float64, rows=given.vertex_count)
     if positions.shape[1] != given.dimension:
         raise ValueError(f"positions must have {given.dimension} columns, not {positions.shape[1]}")
     chosen = None if atoms is None else np.ascontiguousarray(atoms, np.int32)
@@ -545,21 +430,14 @@ def minimise_blend(
     """
     count, shapes = blend.shape
     result, info = np.array(blend, np.float64).ravel(), native.tug_blend_info()
-    quadratic = _matrix(quadratic, np.float64, rows=count * shapes)
+    quadratic = as_matrix(quadratic, np.float64, rows=count * shapes)
     linear, costs = (np.ascontiguousarray(vector, np.float64) for vector in (linear, costs))
     if not quadratic.shape[1] == len(linear) == len(costs) == count * shapes:
         raise ValueError("the quadratic and linear parts and the costs must fit the blend")
     native.library().tug_minimise_blend(
         *(count, shapes, quadratic, linear, constant, costs, lambda_, squared, result, byref(info)),
     )
-    return result.reshape(count, shapes), BlendInfo(**_values(info))
-
-
-def _matrix(array: np.ndarray, dtype: type, rows: int | None = None) -> np.ndarray:
-    array = np.ascontiguousarray(array, dtype)
-    if array.ndim != 2 or rows not in (None, len(array)):
-        raise ValueError(f"expected a matrix of {rows or 'some'} rows, not shape {array.shape}")
-    return array
+    return result.reshape(count, shapes), BlendInfo(**fields_of(info))
 
 
 def _shapes(mesh: Mesh, shapes: np.ndarray) -> np.ndarray:
@@ -578,10 +456,6 @@ def _fitting(name: str, array: np.ndarray, *shape: int) -> np.ndarray:
     return array
 
 
-def _offsets(parts: Sequence[Sequence]) -> np.ndarray:
-    return np.cumsum([0, *map(len, parts)], dtype=np.int32)
-
-
 def _native_rows(rows: Rows) -> native.tug_rows:
     given = native.tug_rows(count=len(rows))
     given.starts = rows.starts.ctypes.data_as(POINTER(c_int32))
@@ -597,7 +471,7 @@ def _native_dictionary(
     shapes = np.ascontiguousarray(shapes, np.float64)
     if shapes.ndim != 3:
         raise ValueError(f"shapes must be #S by #V by k, not {shapes.shape}")
-    weights = _matrix(weights, np.float64, rows=shapes.shape[1])
+    weights = as_matrix(weights, np.float64, rows=shapes.shape[1])
     count, vertices, dimension = shapes.shape
     given = native.tug_dictionary(
         vertex_count=vertices,
@@ -608,19 +482,3 @@ def _native_dictionary(
     given.shapes = shapes.ctypes.data_as(POINTER(ctypes.c_double))
     given.weights = weights.ctypes.data_as(POINTER(ctypes.c_double))
     return given, (shapes, weights)
-
-
-def _set_options(struct: native.Sized, options: dict[str, float]) -> None:
-    names = {name.removesuffix("_"): name for name in options}  # lambda_ is a word of Python
-    known = {name for name, _ in struct._fields_[1:]}
-    if unknown := sorted(given for name, given in names.items() if name not in known):
-        raise TypeError(f"unknown option {unknown[0]!r}; there are: {', '.join(sorted(known))}")
-    for name, given in names.items():
-        setattr(struct, name, options[given])
-
-
-def _values(struct: native.Sized) -> dict[str, float]:
-    values = {name: getattr(struct, name) for name, _ in struct._fields_[1:]}
-    if "converged" in values:
-        values["converged"] = bool(values["converged"])
-    return values

@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import numpy as np  # noqa: E402
 
-from addon.solver import Mesh  # noqa: E402
+from addon.geometry import Mesh  # noqa: E402
 from sample_scenes.sample import BASIS, LAST_FRAME, Sample, Waypoint  # noqa: E402
 from sample_scenes.script import arguments, registered, report, save_scene  # noqa: E402
 

@@ -8,12 +8,11 @@ CHECKOUT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(CHECKOUT))
 
 from addon import native  # noqa: E402
+from addon.geometry import Mesh, Rows  # noqa: E402
 from addon.solver import (  # noqa: E402
     EigenfunctionsInfo,
     Form,
-    Mesh,
     Model,
-    Rows,
     SolveInfo,
     Solver,
     WeightsInfo,

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Meshes, and rows on their vertices, with NumPy arrays in and out.
+
+The conventions are those of solver.py.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from ctypes import POINTER, byref, c_int32
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from . import native
+from .objects import Memory, Owner, as_matrix, offsets
+
+
+@dataclass(frozen=True)
+class MeshReport:
+    """What is wrong with a mesh: numbers of lines in `text`, errors first."""
+
+    errors: int
+    warnings: int
+    text: str
+
+
+class Mesh(Owner):
+    """The rest shape and its triangles. O(#V + #F log #F).
+
+    vertices: #V by k. triangles: #F by 3, indices from 0. Any geometry is taken; `check` says what
+    is wrong with it.
+    """
+
+    def __init__(self, vertices: np.ndarray, triangles: np.ndarray) -> None:
+        vertices, triangles = as_matrix(vertices, np.float64), as_matrix(triangles, np.int32)
+        if triangles.shape[1] != 3:
+            raise ValueError(f"triangles must be #F by 3, not {triangles.shape}")
+        self.vertex_count, self.dimension = vertices.shape
+        self.triangle_count = len(triangles)
+        out = POINTER(native.tug_mesh)()
+        native.library().tug_create_mesh(
+            vertices, *vertices.shape, triangles, len(triangles), byref(out)
+        )
+        super().__init__(Memory(out, native.library().tug_destroy_mesh))
+
+    def check(self) -> MeshReport:
+        """What is wrong with the mesh, in words. O(#F)."""
+        text = ctypes.create_string_buffer(4096)
+        errors, warnings = c_int32(), c_int32()
+        native.library().tug_check_mesh(
+            self._pointer, text, len(text), byref(errors), byref(warnings)
+        )
+        return MeshReport(errors.value, warnings.value, text.value.decode(errors="replace"))
+
+    def components(self) -> np.ndarray:
+        """#V component numbers, from 0 in the order of their first vertex."""
+        component, count = np.empty(self.vertex_count, np.int32), c_int32()
+        native.library().tug_find_components(self._pointer, component, byref(count))
+        return component
+
+    def spread(self, count: int, first: int = 0) -> np.ndarray:
+        """`count` vertices spread evenly over the surface: `first`, then always the one farthest
+        along the edges from all before it. O(count #V log #V)."""
+        vertices = np.empty(max(count, 0), np.int32)
+        native.library().tug_spread_vertices(self._pointer, first, count, vertices)
+        return vertices
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Sparse constraint rows, #H by #V: row r holds values[starts[r]:starts[r + 1]] at the vertices
+    of the same places."""
+
+    starts: np.ndarray
+    vertices: np.ndarray
+    values: np.ndarray
+
+    def __post_init__(self) -> None:
+        for name, dtype in ("starts", np.int32), ("vertices", np.int32), ("values", np.float64):
+            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), dtype))
+
+    @classmethod
+    def pin(cls, vertices: Sequence[int]) -> Self:
+        """One row for each vertex: its position is the target."""
+        return cls.combine([([vertex], [1.0]) for vertex in vertices])
+
+    @classmethod
+    def combine(cls, rows: Sequence[tuple[Sequence[int], Sequence[float]]]) -> Self:
+        """One row for each (vertices, values): the sum of values times positions is the target."""
+        for vertices, values in rows:
+            if len(vertices) != len(values):
+                raise ValueError(f"a row has {len(vertices)} vertices but {len(values)} values")
+        return cls(
+            offsets([vertices for vertices, _ in rows]),
+            np.array([vertex for vertices, _ in rows for vertex in vertices]),
+            np.array([value for _, values in rows for value in values]),
+        )
+
+    def __len__(self) -> int:
+        return len(self.starts) - 1

@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The public calls on meshes: argument checks, and nothing else. */
+#include "arguments.h"
+#include "mesh.h"
+#include "spread.h"
+
+tug_status tug_create_mesh(const double *vertices, int32_t vertex_count, int32_t dimension,
+                           const int32_t *triangles, int32_t triangle_count, tug_mesh **out)
+{
+    REQUIRE_POINTER("tug_create_mesh", out);
+    *out = NULL;
+    REQUIRE_POINTER("tug_create_mesh", vertices);
+    REQUIRE_POINTER("tug_create_mesh", triangles);
+    REQUIRE(vertex_count > 0, "tug_create_mesh: the mesh has no vertices");
+    REQUIRE(triangle_count > 0, "tug_create_mesh: the mesh has no faces");
+    REQUIRE(triangle_count <= INT32_MAX / 3, "tug_create_mesh: %d triangles are too many",
+            triangle_count);
+    REQUIRE(dimension == 2 || dimension == 3, "tug_create_mesh: the dimension is %d, not 2 or 3",
+            dimension);
+    for (int32_t i = 0; i < 3 * triangle_count; i++) {
+        REQUIRE(triangles[i] >= 0 && triangles[i] < vertex_count,
+                "tug_create_mesh: triangle %d names vertex %d of %d", i / 3, triangles[i],
+                vertex_count);
+    }
+    return mesh_create(vertices, vertex_count, dimension, triangles, triangle_count, out);
+}
+
+void tug_destroy_mesh(tug_mesh *mesh)
+{
+    mesh_destroy(mesh);
+}
+
+tug_status tug_check_mesh(const tug_mesh *mesh, char *text, size_t capacity, int32_t *errors,
+                          int32_t *warnings)
+{
+    REQUIRE_POINTER("tug_check_mesh", mesh);
+    REQUIRE_POINTER("tug_check_mesh", text);
+    REQUIRE_POINTER("tug_check_mesh", errors);
+    REQUIRE_POINTER("tug_check_mesh", warnings);
+    REQUIRE(capacity > 0, "tug_check_mesh: the text has no room");
+    return mesh_describe(mesh, text, capacity, errors, warnings);
+}
+
+tug_status tug_find_components(const tug_mesh *mesh, int32_t *component, int32_t *count)
+{
+    REQUIRE_POINTER("tug_find_components", mesh);
+    REQUIRE_POINTER("tug_find_components", component);
+    REQUIRE_POINTER("tug_find_components", count);
+    for (int32_t v = 0; v < mesh->vertex_count; v++) {
+        component[v] = mesh->component[v];
+    }
+    *count = mesh->component_count;
+    return TUG_OK;
+}
+
+tug_status tug_spread_vertices(const tug_mesh *mesh, int32_t first, int32_t count,
+                               int32_t *vertices)
+{
+    REQUIRE_POINTER("tug_spread_vertices", mesh);
+    REQUIRE_POINTER("tug_spread_vertices", vertices);
+    REQUIRE(count > 0 && count <= mesh->vertex_count,
+            "tug_spread_vertices: %d of %d vertices are wanted", count, mesh->vertex_count);
+    REQUIRE(first >= 0 && first < mesh->vertex_count, "tug_spread_vertices: there is no vertex %d",
+            first);
+    return spread_vertices(mesh, first, count, vertices);
+}
