@@ -40,6 +40,7 @@ class Mesh(Owner):
             raise ValueError(f"triangles must be #F by 3, not {triangles.shape}")
         self.vertex_count, self.dimension = vertices.shape
         self.triangle_count = len(triangles)
+        self.triangles = triangles.copy()
         out = POINTER(native.tug_mesh)()
         native.library().tug_create_mesh(
             vertices, *vertices.shape, triangles, len(triangles), byref(out)
@@ -67,6 +68,36 @@ class Mesh(Owner):
         vertices = np.empty(max(count, 0), np.int32)
         native.library().tug_spread_vertices(self._pointer, first, count, vertices)
         return vertices
+
+    def distances(self, sources: Sequence[int]) -> np.ndarray:
+        """#V distances along the edges from the nearest of the sources; inf in a component that has
+        none. O(#V log #V)."""
+        sources = np.ascontiguousarray(sources, np.int32)
+        distances = np.empty(self.vertex_count)
+        native.library().tug_find_distances(self._pointer, sources, len(sources), distances)
+        return distances
+
+    def areas(self) -> np.ndarray:
+        """#V Voronoi areas, which sum to the area of the mesh. O(#F)."""
+        areas = np.empty(self.vertex_count)
+        native.library().tug_find_areas(self._pointer, areas)
+        return areas
+
+    def half_cotangents(self) -> np.ndarray:
+        """#F by 3, of the angle at each corner: the weight of the edge opposite of it. O(#F)."""
+        half_cotangents = np.empty((self.triangle_count, 3))
+        native.library().tug_get_cotangents(self._pointer, half_cotangents)
+        return half_cotangents
+
+    def normals(self, positions: np.ndarray) -> np.ndarray:
+        """#V by 3 unit normals at some positions, #V by 3, the triangles' weighted by their angles;
+        zero where there is none. O(#F)."""
+        positions = as_matrix(positions, np.float64, rows=self.vertex_count)
+        if positions.shape[1] != 3:
+            raise ValueError(f"positions must be {self.vertex_count} by 3, not {positions.shape}")
+        normals = np.empty_like(positions)
+        native.library().tug_find_normals(self._pointer, positions, normals)
+        return normals
 
 
 @dataclass(frozen=True)
@@ -98,6 +129,37 @@ class Rows:
             np.array([vertex for vertices, _ in rows for vertex in vertices]),
             np.array([value for _, values in rows for value in values]),
         )
+
+    @classmethod
+    def discs(cls, mesh: Mesh, vertices: Sequence[int], radius: float | Sequence[float]) -> Self:
+        """One row for each vertex: the mean position of all that is no farther from it along the
+        edges than `radius`, one for all or one for each, by Voronoi area. O(#V log #V) a row."""
+        areas, rows = mesh.areas(), []
+        for vertex, reach in np.broadcast(vertices, radius):
+            near = np.flatnonzero(mesh.distances([vertex]) <= reach)
+            if not len(near):
+                raise ValueError(f"the disc around vertex {vertex} has a radius of {reach}")
+            rows.append((near, areas[near] / areas[near].sum()))
+        return cls.combine(rows)
+
+    @classmethod
+    def laplacian(cls, mesh: Mesh, vertices: Sequence[int]) -> Self:
+        """One row for each vertex: its Laplacian coordinates, (L q)_v over its Voronoi area. They
+        are zero where the surface is flat, else the normal times the sum of the principal
+        curvatures, outwards on a sphere. O(#F) a row."""
+        areas, half_cotangents, rows = mesh.areas(), mesh.half_cotangents(), []
+        one, other = mesh.triangles[:, [1, 2, 0]], mesh.triangles[:, [2, 0, 1]]
+        for vertex in vertices:
+            here, there = one == vertex, other == vertex
+            if not here.any():
+                raise ValueError(f"there is no vertex {vertex}")
+            weights = np.concatenate([half_cotangents[here], half_cotangents[there]])
+            weights /= areas[vertex]
+            around = np.concatenate([other[here], one[there]])
+            neighbours, place = np.unique(around, return_inverse=True)
+            values = -np.bincount(place, weights)
+            rows.append(([vertex, *neighbours], [weights.sum(), *values]))
+        return cls.combine(rows)
 
     def __len__(self) -> int:
         return len(self.starts) - 1

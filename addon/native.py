@@ -226,6 +226,15 @@ FUNCTIONS: dict[str, tuple] = {
     # tug_status tug_spread_vertices(const tug_mesh *mesh, int32_t first, int32_t count,
     #                                int32_t *vertices);
     "tug_spread_vertices": (Status, POINTER(tug_mesh), c_int32, c_int32, Indices),
+    # tug_status tug_find_distances(const tug_mesh *mesh, const int32_t *sources, int32_t count,
+    #                               double *distances);
+    "tug_find_distances": (Status, POINTER(tug_mesh), Indices, c_int32, Vector),
+    # tug_status tug_find_areas(const tug_mesh *mesh, double *areas);
+    "tug_find_areas": (Status, POINTER(tug_mesh), Vector),
+    # tug_status tug_get_cotangents(const tug_mesh *mesh, double *half_cotangents);
+    "tug_get_cotangents": (Status, POINTER(tug_mesh), Matrix),
+    # tug_status tug_find_normals(const tug_mesh *mesh, const double *positions, double *normals);
+    "tug_find_normals": (Status, POINTER(tug_mesh), Matrix, Matrix),
     # void tug_default_weights_options(tug_weights_options *options);
     "tug_default_weights_options": (None, POINTER(tug_weights_options)),
     # tug_status tug_compute_weights(const tug_mesh *mesh, const int32_t *handle_starts,

@@ -107,6 +107,27 @@ TUG_API tug_status tug_find_components(const tug_mesh *mesh, int32_t *component,
 TUG_API tug_status tug_spread_vertices(const tug_mesh *mesh, int32_t first, int32_t count,
                                        int32_t *vertices);
 
+/* Distances along the edges from the nearest of some vertices; INFINITY in a component that has
+ * none. Never below the distances along the surface. distances: #V. O(#V log #V). */
+TUG_API tug_status tug_find_distances(const tug_mesh *mesh, const int32_t *sources, int32_t count,
+                                      double *distances);
+
+/* The Voronoi area of each vertex: of the surface that is nearer to it than to the other corners of
+ * its triangles; of a triangle with an obtuse angle half goes to that corner, a quarter to each
+ * other (Meyer et al. 2003). They sum to the area of the mesh. areas: #V. O(#F). */
+TUG_API tug_status tug_find_areas(const tug_mesh *mesh, double *areas);
+
+/* half_cotangents: #F by 3; of the angle at each corner, the weight of the edge opposite of it in
+ * (A 7) and in the Laplacian. O(#F). */
+TUG_API tug_status tug_get_cotangents(const tug_mesh *mesh, double *half_cotangents);
+
+/* Unit normals of the mesh's triangles at some positions, a pose for one: at each vertex the mean
+ * of the triangles' normals, weighted by their angles there, which does not depend on how a flat
+ * part is cut into triangles, as weights by area do. Zero where no triangle has an area or they
+ * cancel. For dimension 3 only. positions: #V by 3, every coordinate within 1e150. normals: #V by
+ * 3. O(#F). */
+TUG_API tug_status tug_find_normals(const tug_mesh *mesh, const double *positions, double *normals);
+
 /* ------------------------------------------------------------------------------------------------
  * Weights and groups
  */

@@ -1,8 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The public calls on meshes: argument checks, and nothing else. */
 #include "arguments.h"
+#include "edge_distance.h"
 #include "mesh.h"
 #include "spread.h"
+#include "surface.h"
+
+#include <string.h>
 
 tug_status tug_create_mesh(const double *vertices, int32_t vertex_count, int32_t dimension,
                            const int32_t *triangles, int32_t triangle_count, tug_mesh **out)
@@ -63,4 +67,54 @@ tug_status tug_spread_vertices(const tug_mesh *mesh, int32_t first, int32_t coun
     REQUIRE(first >= 0 && first < mesh->vertex_count, "tug_spread_vertices: there is no vertex %d",
             first);
     return spread_vertices(mesh, first, count, vertices);
+}
+
+tug_status tug_find_distances(const tug_mesh *mesh, const int32_t *sources, int32_t count,
+                              double *distances)
+{
+    REQUIRE_POINTER("tug_find_distances", mesh);
+    REQUIRE_POINTER("tug_find_distances", sources);
+    REQUIRE_POINTER("tug_find_distances", distances);
+    REQUIRE(count > 0, "tug_find_distances: there are no vertices to measure from");
+    for (int32_t i = 0; i < count; i++) {
+        REQUIRE(sources[i] >= 0 && sources[i] < mesh->vertex_count,
+                "tug_find_distances: there is no vertex %d", sources[i]);
+    }
+    return find_distances(mesh, sources, count, distances);
+}
+
+tug_status tug_find_areas(const tug_mesh *mesh, double *areas)
+{
+    REQUIRE_POINTER("tug_find_areas", mesh);
+    REQUIRE_POINTER("tug_find_areas", areas);
+    tug_status status = require_sound_mesh(mesh);
+    if (status == TUG_OK) {
+        find_vertex_areas(mesh, areas);
+    }
+    return status;
+}
+
+tug_status tug_get_cotangents(const tug_mesh *mesh, double *half_cotangents)
+{
+    REQUIRE_POINTER("tug_get_cotangents", mesh);
+    REQUIRE_POINTER("tug_get_cotangents", half_cotangents);
+    tug_status status = require_sound_mesh(mesh);
+    if (status == TUG_OK) {
+        size_t corners = 3 * (size_t)mesh->triangle_count;
+        memcpy(half_cotangents, mesh->half_cotangent, corners * sizeof *half_cotangents);
+    }
+    return status;
+}
+
+tug_status tug_find_normals(const tug_mesh *mesh, const double *positions, double *normals)
+{
+    REQUIRE_POINTER("tug_find_normals", mesh);
+    REQUIRE_POINTER("tug_find_normals", positions);
+    REQUIRE_POINTER("tug_find_normals", normals);
+    REQUIRE(mesh->dimension == 3, "tug_find_normals: the dimension is %d, not 3", mesh->dimension);
+    ptrdiff_t bad = find_too_far(positions, 3 * (size_t)mesh->vertex_count);
+    REQUIRE(bad < 0, "tug_find_normals: vertex %td has a coordinate that is not within 1e150",
+            bad / 3);
+    find_normals(mesh, positions, normals);
+    return TUG_OK;
 }

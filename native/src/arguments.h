@@ -39,4 +39,15 @@ static inline ptrdiff_t find_not_finite(const double *values, size_t count)
     return -1;
 }
 
+/* The first of `count` coordinates that is not finite, or whose square might not be, or -1. */
+static inline ptrdiff_t find_too_far(const double *coordinates, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        if (!(fabs(coordinates[i]) <= 1e150)) {
+            return (ptrdiff_t)i;
+        }
+    }
+    return -1;
+}
+
 #endif

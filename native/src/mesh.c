@@ -4,57 +4,27 @@
 
 #include "disjoint_sets.h"
 #include "memory.h"
+#include "triangle.h"
 
 #include <math.h>
 #include <string.h>
 
-/* An area below this part of the squared longest edge is rounding. */
-static const double least_area = 1e-12;
-
-static double dot(const double *a, const double *b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static double cross_length(const double *a, const double *b)
-{
-    double x = a[1] * b[2] - a[2] * b[1];
-    double y = a[2] * b[0] - a[0] * b[2];
-    double z = a[0] * b[1] - a[1] * b[0];
-    return sqrt(x * x + y * y + z * z);
-}
-
-/* edge: edge[c] runs opposite of corner c, from corner c + 1 to c + 2; third coordinate 0 in 2D. */
-static void triangle_edges(const tug_mesh *mesh, int32_t t, double edge[3][3])
-{
-    const int32_t *corner = mesh->triangles + 3 * (size_t)t;
-    size_t k = (size_t)mesh->dimension;
-    memset(edge, 0, 9 * sizeof(double));
-    for (int c = 0; c < 3; c++) {
-        const double *from = mesh->vertices + k * (size_t)corner[(c + 1) % 3];
-        const double *to = mesh->vertices + k * (size_t)corner[(c + 2) % 3];
-        for (size_t d = 0; d < k; d++) {
-            edge[c][d] = to[d] - from[d];
-        }
-    }
-}
-
 static void measure_triangle(tug_mesh *mesh, int32_t t)
 {
-    double edge[3][3];
-    triangle_edges(mesh, t, edge);
-    double longest =
-        fmax(dot(edge[0], edge[0]), fmax(dot(edge[1], edge[1]), dot(edge[2], edge[2])));
-    double area = 0.5 * cross_length(edge[0], edge[1]);
-    if (area <= least_area * longest) {
+    const int32_t *corner = mesh->triangles + 3 * (size_t)t;
+    double edge[3][3], normal[3];
+    double longest = find_edges(mesh->vertices, mesh->dimension, corner, edge);
+    space_cross(edge[0], edge[1], normal);
+    double area = 0.5 * sqrt(space_dot(normal, normal));
+    if (area <= LEAST_AREA * longest) {
         return;
     }
     mesh->area[t] = area;
     for (int c = 0; c < 3; c++) {
         /* cot = cos / sin = dot / (2 area); edge c + 1 runs towards the corner, hence the sign. */
         mesh->half_cotangent[3 * (size_t)t + (size_t)c] =
-            -dot(edge[(c + 1) % 3], edge[(c + 2) % 3]) / (4.0 * area);
-        mesh->mass[mesh->triangles[3 * (size_t)t + (size_t)c]] += area / 3.0;
+            -space_dot(edge[(c + 1) % 3], edge[(c + 2) % 3]) / (4.0 * area);
+        mesh->mass[corner[c]] += area / 3.0;
     }
 }
 

@@ -87,6 +87,38 @@ static void mesh_calls_refuse(void)
     tug_destroy_mesh(mesh);
 }
 
+static void surface_calls_refuse(void)
+{
+    fixture f, flat;
+    make_tube(&f, 0);
+    make_strip(&flat);
+    tug_mesh *mesh = make_mesh(&f), *flat_mesh = make_mesh(&flat);
+    static double out[3 * MAX_TRIANGLES] = {-7.0}, positions[MAX_COORDINATES];
+    memcpy(positions, f.shape, sizeof positions);
+    int32_t sources[] = {0, f.vertices};
+    CHECK(REFUSED(tug_find_distances, NULL, sources, 1, out));
+    CHECK(REFUSED(tug_find_distances, mesh, NULL, 1, out));
+    CHECK(REFUSED(tug_find_distances, mesh, sources, 1, NULL));
+    CHECK(REFUSED(tug_find_distances, mesh, sources, 0, out));
+    CHECK(REFUSED(tug_find_distances, mesh, sources, 2, out));
+    sources[0] = -1;
+    CHECK(REFUSED(tug_find_distances, mesh, sources, 1, out));
+    CHECK(REFUSED(tug_find_areas, NULL, out) && REFUSED(tug_find_areas, mesh, NULL));
+    CHECK(REFUSED(tug_get_cotangents, NULL, out) && REFUSED(tug_get_cotangents, mesh, NULL));
+    CHECK(REFUSED(tug_find_normals, NULL, positions, out));
+    CHECK(REFUSED(tug_find_normals, mesh, NULL, out));
+    CHECK(REFUSED(tug_find_normals, mesh, positions, NULL));
+    CHECK(REFUSED(tug_find_normals, flat_mesh, positions, out));
+    const double bad[] = {NAN, INFINITY, -1e151};
+    for (int i = 0; i < 3; i++) {
+        positions[5] = bad[i];
+        CHECK(REFUSED(tug_find_normals, mesh, positions, out));
+    }
+    CHECK(out[0] == -7.0);
+    tug_destroy_mesh(flat_mesh);
+    tug_destroy_mesh(mesh);
+}
+
 typedef struct weights_question {
     tug_mesh *mesh;
     int32_t starts[3], vertices[2], handles;
@@ -711,6 +743,7 @@ int main(int argc, char **argv)
 {
     RUN(tug_create_mesh_refuses);
     RUN(mesh_calls_refuse);
+    RUN(surface_calls_refuse);
     RUN(tug_compute_weights_refuses);
     RUN(handles_that_cannot_be_are_named);
     RUN(tug_compute_eigenfunctions_refuses);

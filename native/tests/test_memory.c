@@ -72,6 +72,14 @@ static int call_spread_vertices(bench *b)
     return status == TUG_OK || vertices[0] == -7 ? (int)status : CHANGED;
 }
 
+static int call_find_distances(bench *b)
+{
+    double distances[MAX_VERTICES] = {-7.0};
+    const int32_t source = 3;
+    tug_status status = tug_find_distances(b->mesh, &source, 1, distances);
+    return status == TUG_OK || distances[0] == -7.0 ? (int)status : CHANGED;
+}
+
 /* One thread, since allocations fail by their number. */
 static int call_compute_weights(bench *b)
 {
@@ -303,6 +311,7 @@ static void sweep_cancellations(call make)
 SWEEP(allocations, create_mesh)
 SWEEP(allocations, check_mesh)
 SWEEP(allocations, spread_vertices)
+SWEEP(allocations, find_distances)
 SWEEP(allocations, compute_weights)
 SWEEP(allocations, compute_eigenfunctions)
 SWEEP(allocations, find_skeleton)
@@ -346,6 +355,7 @@ int main(int argc, char **argv)
     RUN(create_mesh_fails_cleanly);
     RUN(check_mesh_fails_cleanly);
     RUN(spread_vertices_fails_cleanly);
+    RUN(find_distances_fails_cleanly);
     RUN(compute_weights_fails_cleanly);
     RUN(compute_eigenfunctions_fails_cleanly);
     RUN(find_skeleton_fails_cleanly);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Farthest-point samples: where they are known by hand, and against all distances by brute force.
- */
+/* Distances along edges and farthest-point samples: where they are known by hand, and against all
+ * distances by brute force. */
 #include "fixture.h"
 #include "test.h"
 
@@ -82,6 +82,29 @@ static double distance_from(const double *distance, int32_t n, const int32_t *sa
     return least;
 }
 
+static void distances_are_those_of_the_shortest_paths(void)
+{
+    static double distance[MAX_VERTICES * MAX_VERTICES];
+    fixture f;
+    for (int i = 0; i < 3; i++) {
+        i == 0 ? make_strip(&f) : make_tube(&f, i == 1);
+        find_distances(&f, distance);
+        tug_mesh *mesh = make_mesh(&f);
+        double found[MAX_VERTICES];
+        for (int32_t v = 0; v < f.vertices; v++) {
+            const int32_t sources[] = {v, (7 * v) % f.vertices, v}; /* one of them twice */
+            for (int32_t count = 1; count <= 3; count++) {
+                CHECK(tug_find_distances(mesh, sources, count, found) == TUG_OK);
+                for (int32_t u = 0; u < f.vertices; u++) {
+                    double expected = distance_from(distance, f.vertices, sources, count, u);
+                    CHECK_NEAR(found[u], expected, 1e-12);
+                }
+            }
+        }
+        tug_destroy_mesh(mesh);
+    }
+}
+
 static void every_sample_is_a_farthest_vertex(void)
 {
     static double distance[MAX_VERTICES * MAX_VERTICES];
@@ -118,6 +141,11 @@ static void components_come_before_distances(void)
     }
     CHECK(seen[0] == 1 && seen[1] == 1 && seen[2] == 1);
     CHECK(samples[3] / 3 == 0);
+    double distances[9];
+    CHECK(tug_find_distances(mesh, samples, 1, distances) == TUG_OK);
+    for (int i = 0; i < 9; i++) {
+        CHECK(isfinite(distances[i]) == (i / 3 == 1)); /* there is no way to other components */
+    }
     tug_destroy_mesh(mesh);
 }
 
@@ -139,6 +167,7 @@ int main(int argc, char **argv)
 {
     RUN(samples_halve_a_strip);
     RUN(first_sample_is_the_one_given);
+    RUN(distances_are_those_of_the_shortest_paths);
     RUN(every_sample_is_a_farthest_vertex);
     RUN(components_come_before_distances);
     RUN(counts_that_cannot_be_are_refused);
