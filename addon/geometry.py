@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes, and rows on their vertices, with NumPy arrays in and out.
+"""Meshes, rows on their vertices, and nearest points, with NumPy arrays in and out.
 
 The conventions are those of solver.py.
 """
@@ -163,3 +163,26 @@ class Rows:
 
     def __len__(self) -> int:
         return len(self.starts) - 1
+
+
+class Points(Owner):
+    """Points in order of place, a k-d tree: count by 1 to 6. O(count log count)."""
+
+    def __init__(self, points: np.ndarray) -> None:
+        points = as_matrix(points, np.float64)
+        self.dimension = points.shape[1]
+        out = POINTER(native.tug_points)()
+        native.library().tug_create_points(points, *points.shape, byref(out))
+        super().__init__(Memory(out, native.library().tug_destroy_points))
+
+    def nearest(self, queries: np.ndarray, limit: float = np.inf) -> tuple[np.ndarray, np.ndarray]:
+        """For each query (count by the points' dimension) number and distance of the nearest point
+        no farther than `limit`, of several the first; -1 and inf where there is none."""
+        queries = as_matrix(queries, np.float64)
+        if queries.shape[1] != self.dimension:
+            raise ValueError(f"queries must have {self.dimension} columns, not {queries.shape[1]}")
+        numbers, distances = np.empty(len(queries), np.int32), np.empty(len(queries))
+        native.library().tug_find_nearest(
+            self._pointer, queries, len(queries), limit, numbers, distances
+        )
+        return numbers, distances

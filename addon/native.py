@@ -69,6 +69,10 @@ class tug_solver(ctypes.Structure):
     """Opaque."""
 
 
+class tug_points(ctypes.Structure):
+    """Opaque."""
+
+
 class tug_weights_options(Sized):
     _fields_ = [
         ("struct_size", c_size_t),
@@ -337,6 +341,17 @@ FUNCTIONS: dict[str, tuple] = {
     "tug_minimise_blend": (
         *(Status, c_int32, c_int32, Matrix, Vector, c_double, Vector, c_double, c_int32),
         *(Vector, POINTER(tug_blend_info)),
+    ),
+    # tug_status tug_create_points(const double *points, int32_t count, int32_t dimension,
+    #                              tug_points **out);
+    "tug_create_points": (Status, Matrix, c_int32, c_int32, POINTER(POINTER(tug_points))),
+    # void tug_destroy_points(tug_points *points);
+    "tug_destroy_points": (None, POINTER(tug_points)),
+    # tug_status tug_find_nearest(const tug_points *points, const double *queries, int32_t count,
+    #                             double limit, int32_t *nearest, double *distances);
+    "tug_find_nearest": (
+        *(Status, POINTER(tug_points), Matrix, c_int32, c_double),
+        *(Indices, Vector),
     ),
 }
 

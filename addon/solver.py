@@ -5,7 +5,7 @@
 
 `make_solver` does all of it at once; meshes and rows are those of geometry.py. #V vertices, #F
 triangles, k dimensions (2 or 3), #S shapes, #W weight functions, #H constraint rows, #G edge
-groups; lengths in any unit. Mesh, Model and Solver own memory of the library: close them,
+groups; lengths in any unit. Mesh, Points, Model and Solver own memory of the library: close them,
 or use them as context managers. Every function may raise native.TugError with the library's own
 words, and native.LibraryError where there is no library.
 

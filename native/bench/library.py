@@ -8,7 +8,7 @@ CHECKOUT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(CHECKOUT))
 
 from addon import native  # noqa: E402
-from addon.geometry import Mesh, Rows  # noqa: E402
+from addon.geometry import Mesh, Points, Rows  # noqa: E402
 from addon.solver import (  # noqa: E402
     EigenfunctionsInfo,
     Form,
@@ -28,6 +28,7 @@ __all__ = [
     "Form",
     "Mesh",
     "Model",
+    "Points",
     "Rows",
     "SolveInfo",
     "Solver",

@@ -442,6 +442,28 @@ TUG_API tug_status tug_minimise_blend(int32_t group_count, int32_t shape_count, 
                                       const double *c, double r, const double *d, double lambda,
                                       int32_t squared, double *blend, tug_blend_info *info);
 
+/* ------------------------------------------------------------------------------------------------
+ * Nearest points
+ */
+
+/* Points in order of place, a k-d tree. Immutable. */
+typedef struct tug_points tug_points;
+
+/* points: count by dimension, of 1 to 6; every coordinate within 1e150. Positions with normals,
+ * these times a length, are points of dimension 6. O(count log count). */
+TUG_API tug_status tug_create_points(const double *points, int32_t count, int32_t dimension,
+                                     tug_points **out);
+
+/* NULL is allowed. */
+TUG_API void tug_destroy_points(tug_points *points);
+
+/* For each query the nearest point no farther than `limit`, INFINITY for any; of several at one
+ * distance the one of the least number. queries: count by dimension. nearest: count, -1 where there
+ * is none. distances: count, INFINITY there. O(log) of the number of points, for each query that
+ * has a near one. */
+TUG_API tug_status tug_find_nearest(const tug_points *points, const double *queries, int32_t count,
+                                    double limit, int32_t *nearest, double *distances);
+
 #ifdef __cplusplus
 }
 #endif

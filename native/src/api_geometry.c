@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* The public calls on meshes: argument checks, and nothing else. */
+/* The public calls on meshes and points: argument checks, and nothing else. */
 #include "arguments.h"
 #include "edge_distance.h"
 #include "mesh.h"
+#include "points.h"
 #include "spread.h"
 #include "surface.h"
 
@@ -116,5 +117,44 @@ tug_status tug_find_normals(const tug_mesh *mesh, const double *positions, doubl
     REQUIRE(bad < 0, "tug_find_normals: vertex %td has a coordinate that is not within 1e150",
             bad / 3);
     find_normals(mesh, positions, normals);
+    return TUG_OK;
+}
+
+tug_status tug_create_points(const double *points, int32_t count, int32_t dimension,
+                             tug_points **out)
+{
+    REQUIRE_POINTER("tug_create_points", out);
+    *out = NULL;
+    REQUIRE_POINTER("tug_create_points", points);
+    REQUIRE(count > 0, "tug_create_points: there are no points");
+    REQUIRE(dimension >= 1 && dimension <= MAX_POINT_DIMENSION,
+            "tug_create_points: the dimension is %d, not 1 to %d", dimension, MAX_POINT_DIMENSION);
+    ptrdiff_t bad = find_too_far(points, (size_t)count * (size_t)dimension);
+    REQUIRE(bad < 0, "tug_create_points: point %td has a coordinate that is not within 1e150",
+            bad / dimension);
+    return points_create(points, count, dimension, out);
+}
+
+void tug_destroy_points(tug_points *points)
+{
+    points_destroy(points);
+}
+
+tug_status tug_find_nearest(const tug_points *points, const double *queries, int32_t count,
+                            double limit, int32_t *nearest, double *distances)
+{
+    REQUIRE_POINTER("tug_find_nearest", points);
+    REQUIRE_POINTER("tug_find_nearest", queries);
+    REQUIRE_POINTER("tug_find_nearest", nearest);
+    REQUIRE_POINTER("tug_find_nearest", distances);
+    REQUIRE(count > 0, "tug_find_nearest: there are no queries");
+    REQUIRE(limit >= 0.0, "tug_find_nearest: the limit is %g: it cannot be negative", limit);
+    int32_t d = points->dimension;
+    ptrdiff_t bad = find_too_far(queries, (size_t)count * (size_t)d);
+    REQUIRE(bad < 0, "tug_find_nearest: query %td has a coordinate that is not within 1e150",
+            bad / d);
+    for (size_t i = 0; i < (size_t)count; i++) {
+        find_nearest(points, queries + i * (size_t)d, limit, nearest + i, distances + i);
+    }
     return TUG_OK;
 }

@@ -119,6 +119,41 @@ static void surface_calls_refuse(void)
     tug_destroy_mesh(mesh);
 }
 
+static void point_calls_refuse(void)
+{
+    double points[] = {0, 0, 0, 1, 1, 1}, distances[] = {-7.0, -7.0};
+    int32_t nearest[] = {-7, -7};
+    tug_points *p = RUBBISH;
+    CHECK(REFUSED(tug_create_points, points, 2, 3, NULL));
+    CHECK(REFUSED(tug_create_points, NULL, 2, 3, &p) && p == NULL);
+    const int32_t counts[][2] = {{0, 3}, {-1, 3}, {2, 0}, {2, -1}, {2, 7}, {INT32_MIN, 3}};
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
+        p = RUBBISH;
+        CHECK(REFUSED(tug_create_points, points, counts[i][0], counts[i][1], &p) && p == NULL);
+    }
+    const double bad[] = {NAN, INFINITY, -1e151};
+    for (int i = 0; i < 3; i++) {
+        points[4] = bad[i];
+        p = RUBBISH;
+        CHECK(REFUSED(tug_create_points, points, 2, 3, &p) && p == NULL);
+    }
+    points[4] = 1.0;
+    CHECK(tug_create_points(points, 2, 3, &p) == TUG_OK);
+    CHECK(REFUSED(tug_find_nearest, NULL, points, 2, 1.0, nearest, distances));
+    CHECK(REFUSED(tug_find_nearest, p, NULL, 2, 1.0, nearest, distances));
+    CHECK(REFUSED(tug_find_nearest, p, points, 2, 1.0, NULL, distances));
+    CHECK(REFUSED(tug_find_nearest, p, points, 2, 1.0, nearest, NULL));
+    CHECK(REFUSED(tug_find_nearest, p, points, 0, 1.0, nearest, distances));
+    CHECK(REFUSED(tug_find_nearest, p, points, 2, -1.0, nearest, distances));
+    CHECK(REFUSED(tug_find_nearest, p, points, 2, NAN, nearest, distances));
+    for (int i = 0; i < 3; i++) {
+        points[4] = bad[i];
+        CHECK(REFUSED(tug_find_nearest, p, points, 2, 1.0, nearest, distances));
+    }
+    CHECK(nearest[0] == -7 && distances[0] == -7.0);
+    tug_destroy_points(p);
+}
+
 typedef struct weights_question {
     tug_mesh *mesh;
     int32_t starts[3], vertices[2], handles;
@@ -729,6 +764,7 @@ static void destroying_nothing_is_allowed(void)
     tug_destroy_mesh(NULL);
     tug_destroy_model(NULL);
     tug_destroy_solver(NULL);
+    tug_destroy_points(NULL);
     CHECK(live_allocations() == live);
 }
 
@@ -744,6 +780,7 @@ int main(int argc, char **argv)
     RUN(tug_create_mesh_refuses);
     RUN(mesh_calls_refuse);
     RUN(surface_calls_refuse);
+    RUN(point_calls_refuse);
     RUN(tug_compute_weights_refuses);
     RUN(handles_that_cannot_be_are_named);
     RUN(tug_compute_eigenfunctions_refuses);

@@ -80,6 +80,16 @@ static int call_find_distances(bench *b)
     return status == TUG_OK || distances[0] == -7.0 ? (int)status : CHANGED;
 }
 
+static int call_create_points(bench *b)
+{
+    tug_points *points = (tug_points *)&rubbish;
+    tug_status status = tug_create_points(b->f.shape, b->f.vertices, 2, &points);
+    if (status == TUG_OK) {
+        tug_destroy_points(points);
+    }
+    return status == TUG_OK || points == NULL ? (int)status : CHANGED;
+}
+
 /* One thread, since allocations fail by their number. */
 static int call_compute_weights(bench *b)
 {
@@ -312,6 +322,7 @@ SWEEP(allocations, create_mesh)
 SWEEP(allocations, check_mesh)
 SWEEP(allocations, spread_vertices)
 SWEEP(allocations, find_distances)
+SWEEP(allocations, create_points)
 SWEEP(allocations, compute_weights)
 SWEEP(allocations, compute_eigenfunctions)
 SWEEP(allocations, find_skeleton)
@@ -356,6 +367,7 @@ int main(int argc, char **argv)
     RUN(check_mesh_fails_cleanly);
     RUN(spread_vertices_fails_cleanly);
     RUN(find_distances_fails_cleanly);
+    RUN(create_points_fails_cleanly);
     RUN(compute_weights_fails_cleanly);
     RUN(compute_eigenfunctions_fails_cleanly);
     RUN(find_skeleton_fails_cleanly);

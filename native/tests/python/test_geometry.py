@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""geometry.py: rows on flat and round surfaces."""
+"""geometry.py: rows on flat and round surfaces, and nearest points beside SciPy's."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, cKDTree
 
-from addon.geometry import Mesh, Rows
+from addon.geometry import Mesh, Points, Rows
 from addon.native import TugError
 
 SIZE = 13  # of the flat patch, in vertices
@@ -118,3 +118,26 @@ def test_normals_want_positions_in_space():
     vertices, triangles = patch(0.0)
     with Mesh(vertices, triangles) as mesh, pytest.raises(ValueError, match="by 3"):
         mesh.normals(vertices[:, :2])
+
+
+@pytest.mark.parametrize("dimension", range(1, 7))
+def test_nearest_points_are_those_of_scipy(dimension):
+    random = np.random.default_rng(dimension)
+    points, queries = random.normal(size=(500, dimension)), random.normal(size=(200, dimension))
+    with Points(points) as tree:
+        numbers, distances = tree.nearest(queries)
+        near, _ = tree.nearest(queries, limit=0.3)
+    expected, expected_numbers = cKDTree(points).query(queries)
+    np.testing.assert_array_equal(numbers, expected_numbers)
+    np.testing.assert_allclose(distances, expected, rtol=1e-14)
+    np.testing.assert_array_equal(near, np.where(distances <= 0.3, numbers, -1))
+
+
+def test_queries_of_another_dimension_are_refused():
+    with Points(np.zeros((4, 3))) as tree, pytest.raises(ValueError, match="3 columns"):
+        tree.nearest(np.zeros((2, 2)))
+
+
+def test_points_that_are_not_finite_are_named():
+    with pytest.raises(TugError, match="point 1 "):
+        Points(np.array([[0.0, 0.0], [0.0, np.nan]]))
