@@ -192,6 +192,15 @@ class tug_blend_info(Sized):
     ]
 
 
+class tug_elastic_net_info(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("converged", c_int32),
+        ("rounds", c_int32),
+        ("gap", c_double),
+    ]
+
+
 # Functions -----------------------------------------------------------------------------------
 
 Status = type("Status", (c_int,), {})  # tells errcheck which results are a tug_status
@@ -341,6 +350,14 @@ FUNCTIONS: dict[str, tuple] = {
     "tug_minimise_blend": (
         *(Status, c_int32, c_int32, Matrix, Vector, c_double, Vector, c_double, c_int32),
         *(Vector, POINTER(tug_blend_info)),
+    ),
+    # tug_status tug_solve_elastic_net(int32_t rows, int32_t unknowns, int32_t columns,
+    #                                  const double *X, const double *Y, const double *Lambda,
+    #                                  double fit, double smoothness, double sparsity, double *T,
+    #                                  tug_elastic_net_info *info);
+    "tug_solve_elastic_net": (
+        *(Status, c_int32, c_int32, c_int32, Matrix, Matrix, Matrix),
+        *(c_double, c_double, c_double, Matrix, POINTER(tug_elastic_net_info)),
     ),
     # tug_status tug_create_points(const double *points, int32_t count, int32_t dimension,
     #                              tug_points **out);

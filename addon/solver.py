@@ -105,6 +105,15 @@ class BlendInfo:
     gap: float
 
 
+@dataclass(frozen=True)
+class ElasticNetInfo:
+    """How an elastic net ended: see tug_elastic_net_info."""
+
+    converged: bool
+    rounds: int
+    gap: float
+
+
 class Model(Owner):
     """The constants of a solve; its size does not depend on #V but for the dictionary.
 
@@ -438,6 +447,33 @@ def minimise_blend(
         *(count, shapes, quadratic, linear, constant, costs, lambda_, squared, result, byref(info)),
     )
     return result.reshape(count, shapes), BlendInfo(**fields_of(info))
+
+
+def solve_elastic_net(
+    X: np.ndarray,
+    Y: np.ndarray,
+    penalty: np.ndarray,
+    *,
+    fit: float = 1.0,
+    smoothness: float = 0.0,
+    sparsity: float = 0.0,
+) -> tuple[np.ndarray, ElasticNetInfo]:
+    """(F 20-23): T, b by k, that minimises 1/2 fit |X T - Y|^2 + 1/2 smoothness tr(T^T Lambda T) +
+    sparsity |T|_1, the weights being beta_lc, beta_sm and beta_sp.
+
+    X: #H by b. Y: #H by k. penalty: Lambda, b by b and positive semidefinite, or its diagonal, b.
+    With sparsity 0 it is (F 22), of least norm where that leaves T open.
+    """
+    X, Y = as_matrix(X, np.float64), as_matrix(Y, np.float64, rows=len(X))
+    penalty = np.asarray(penalty, np.float64)
+    penalty = np.ascontiguousarray(np.diag(penalty) if penalty.ndim == 1 else penalty)
+    if penalty.shape != (X.shape[1], X.shape[1]):
+        raise ValueError(f"the penalty must fit the {X.shape[1]} columns of X, not {penalty.shape}")
+    T, info = np.empty((X.shape[1], Y.shape[1])), native.tug_elastic_net_info()
+    native.library().tug_solve_elastic_net(
+        *(*X.shape, Y.shape[1], X, Y, penalty, fit, smoothness, sparsity, T, byref(info))
+    )
+    return T, ElasticNetInfo(**fields_of(info))
 
 
 def _shapes(mesh: Mesh, shapes: np.ndarray) -> np.ndarray:

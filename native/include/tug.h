@@ -443,6 +443,34 @@ TUG_API tug_status tug_minimise_blend(int32_t group_count, int32_t shape_count, 
                                       int32_t squared, double *blend, tug_blend_info *info);
 
 /* ------------------------------------------------------------------------------------------------
+ * Transforms without a pose
+ */
+
+typedef struct tug_elastic_net_info {
+    size_t struct_size;
+    int32_t converged; /* the gap is below 1e-12 for every column */
+    int32_t rounds;    /* largest over the columns; 0 where sparsity is */
+    /* Largest over the columns: the objective is at most this far above its optimum, in parts of
+     * what it is at T = 0. 0 where sparsity is. */
+    double gap;
+} tug_elastic_net_info;
+
+/* (F 20-23): minimise 1/2 fit |X T - Y|^2 + 1/2 smoothness tr(T^T Lambda T) + sparsity |T|_1, fit,
+ * smoothness and sparsity being beta_lc, beta_sm and beta_sp; each column of T for itself.
+ * X: #H by b. Y: #H by k. Lambda: b by b, positive semidefinite, of which the symmetric part
+ * counts; (F 6) is diagonal. NULL: zero. T: b by k. fit is above zero, the others are not negative.
+ * With sparsity 0 T is the minimiser of least norm, (F 22): directions whose curvature is below
+ * 1e-12 of the largest count as open. Otherwise rounds of coordinate descent, each followed by the
+ * exact minimiser on the entries that are not zero; where T is not unique (equal columns), it is
+ * one of independent columns. TUG_ERROR_NUMERIC where T or a square of X or Y is not finite.
+ * O(b^2 #H + b^3), and where sparsity is not zero O(b^2 + s^3) a round, s entries of a column being
+ * other than zero. */
+TUG_API tug_status tug_solve_elastic_net(int32_t rows, int32_t unknowns, int32_t columns,
+                                         const double *X, const double *Y, const double *Lambda,
+                                         double fit, double smoothness, double sparsity, double *T,
+                                         tug_elastic_net_info *info);
+
+/* ------------------------------------------------------------------------------------------------
  * Nearest points
  */
 

@@ -3,6 +3,7 @@
 #include "arguments.h"
 #include "dictionary.h"
 #include "dictionary_fit.h"
+#include "elastic_net.h"
 #include "groups.h"
 #include "medoids.h"
 #include "rotation.h"
@@ -536,4 +537,37 @@ tug_status tug_minimise_blend(int32_t group_count, int32_t shape_count, const do
                 find_not_finite(d, n) < 0,
             "tug_minimise_blend: a coefficient is not finite");
     return minimise_blend_alone(group_count, shape_count, Q, c, r, d, lambda, squared, blend, info);
+}
+
+tug_status tug_solve_elastic_net(int32_t rows, int32_t unknowns, int32_t columns, const double *X,
+                                 const double *Y, const double *Lambda, double fit,
+                                 double smoothness, double sparsity, double *T,
+                                 tug_elastic_net_info *info)
+{
+    REQUIRE_POINTER("tug_solve_elastic_net", X);
+    REQUIRE_POINTER("tug_solve_elastic_net", Y);
+    REQUIRE_POINTER("tug_solve_elastic_net", T);
+    REQUIRE_INFO("tug_solve_elastic_net", info);
+    REQUIRE(rows > 0 && unknowns > 0 && columns > 0,
+            "tug_solve_elastic_net: X is %d by %d and Y has %d columns: there is nothing to solve",
+            rows, unknowns, columns);
+    REQUIRE(fit > 0.0 && isfinite(fit), "tug_solve_elastic_net: fit is %g: it must be above zero",
+            fit);
+    REQUIRE(smoothness >= 0.0 && isfinite(smoothness),
+            "tug_solve_elastic_net: smoothness is %g: it cannot be negative", smoothness);
+    REQUIRE(sparsity >= 0.0 && isfinite(sparsity),
+            "tug_solve_elastic_net: sparsity is %g: it cannot be negative", sparsity);
+    size_t h = (size_t)rows, b = (size_t)unknowns, k = (size_t)columns;
+    ptrdiff_t bad = find_not_finite(X, h * b);
+    REQUIRE(bad < 0, "tug_solve_elastic_net: row %td of X has a value that is not finite",
+            bad / unknowns);
+    bad = find_not_finite(Y, h * k);
+    REQUIRE(bad < 0, "tug_solve_elastic_net: row %td of Y has a value that is not finite",
+            bad / columns);
+    bad = Lambda != NULL ? find_not_finite(Lambda, b * b) : -1;
+    REQUIRE(bad < 0, "tug_solve_elastic_net: row %td of Lambda has a value that is not finite",
+            bad / unknowns);
+    elastic_net_problem problem = {rows, unknowns, X, Lambda, fit, smoothness, sparsity};
+    tug_elastic_net_info own;
+    return solve_elastic_net(&problem, Y, columns, T, info != NULL ? info : &own);
 }

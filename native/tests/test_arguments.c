@@ -154,6 +154,42 @@ static void point_calls_refuse(void)
     tug_destroy_points(p);
 }
 
+static void tug_solve_elastic_net_refuses(void)
+{
+    double X[] = {1, 2, 3, 4, 5, 7}, Y[] = {1, 2}, L[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    double T[] = {-7.0, -7.0, -7.0};
+    tug_elastic_net_info info = {.struct_size = sizeof info, .rounds = -7};
+    CHECK(REFUSED(tug_solve_elastic_net, 2, 3, 1, NULL, Y, L, 1.0, 1.0, 1.0, T, &info));
+    CHECK(REFUSED(tug_solve_elastic_net, 2, 3, 1, X, NULL, L, 1.0, 1.0, 1.0, T, &info));
+    CHECK(REFUSED(tug_solve_elastic_net, 2, 3, 1, X, Y, L, 1.0, 1.0, 1.0, NULL, &info));
+    const int32_t counts[][3] = {{0, 3, 1}, {2, 0, 1}, {2, 3, 0}, {-2, -3, 1}, {2, -3, -1}};
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
+        CHECK(REFUSED(tug_solve_elastic_net, counts[i][0], counts[i][1], counts[i][2], X, Y, L, 1.0,
+                      1.0, 1.0, T, &info));
+    }
+    const double bad[] = {-1.0, NAN, INFINITY};
+    for (int i = 0; i < 3; i++) {
+        CHECK(REFUSED(tug_solve_elastic_net, 2, 3, 1, X, Y, L, bad[i], 1.0, 1.0, T, &info));
+        CHECK(REFUSED(tug_solve_elastic_net, 2, 3, 1, X, Y, L, 1.0, bad[i], 1.0, T, &info));
+        CHECK(REFUSED(tug_solve_elastic_net, 2, 3, 1, X, Y, L, 1.0, 1.0, bad[i], T, &info));
+    }
+    CHECK(REFUSED(tug_solve_elastic_net, 2, 3, 1, X, Y, L, 0.0, 1.0, 1.0, T, &info));
+    double *values[] = {X + 5, Y + 1, L + 8};
+    for (int i = 0; i < 3; i++) {
+        double before = *values[i];
+        *values[i] = NAN;
+        CHECK(REFUSED(tug_solve_elastic_net, 2, 3, 1, X, Y, L, 1.0, 1.0, 1.0, T, &info));
+        *values[i] = before;
+    }
+    L[4] = -1.0;
+    CHECK(REFUSED(tug_solve_elastic_net, 2, 3, 1, X, Y, L, 1.0, 1.0, 1.0, T, &info));
+    L[4] = 1.0;
+    info.struct_size--;
+    CHECK(REFUSED(tug_solve_elastic_net, 2, 3, 1, X, Y, L, 1.0, 1.0, 1.0, T, &info));
+    CHECK(T[0] == -7.0 && T[2] == -7.0 && info.rounds == -7);
+    CHECK(tug_solve_elastic_net(2, 3, 1, X, Y, L, 1.0, 1.0, 1.0, T, NULL) == TUG_OK);
+}
+
 typedef struct weights_question {
     tug_mesh *mesh;
     int32_t starts[3], vertices[2], handles;
@@ -781,6 +817,7 @@ int main(int argc, char **argv)
     RUN(mesh_calls_refuse);
     RUN(surface_calls_refuse);
     RUN(point_calls_refuse);
+    RUN(tug_solve_elastic_net_refuses);
     RUN(tug_compute_weights_refuses);
     RUN(handles_that_cannot_be_are_named);
     RUN(tug_compute_eigenfunctions_refuses);

@@ -90,6 +90,28 @@ static int call_create_points(bench *b)
     return status == TUG_OK || points == NULL ? (int)status : CHANGED;
 }
 
+static int solve_elastic_net(double sparsity)
+{
+    const double X[] = {1, 2, 3, 0, 1, 1}, Y[] = {1, 2}, Lambda[] = {1, 0, 0, 0, 1, 0, 0, 0, 0};
+    double T[] = {-7.0, -7.0, -7.0};
+    tug_elastic_net_info info = {.struct_size = sizeof info, .rounds = -7};
+    tug_status status = tug_solve_elastic_net(2, 3, 1, X, Y, Lambda, 1.0, 1.0, sparsity, T, &info);
+    int kept = T[0] == -7.0 && T[1] == -7.0 && T[2] == -7.0 && info.rounds == -7;
+    return status == TUG_OK || kept ? (int)status : CHANGED;
+}
+
+static int call_solve_elastic_net(bench *b)
+{
+    (void)b;
+    return solve_elastic_net(0.1);
+}
+
+static int call_solve_least_squares(bench *b)
+{
+    (void)b;
+    return solve_elastic_net(0.0);
+}
+
 /* One thread, since allocations fail by their number. */
 static int call_compute_weights(bench *b)
 {
@@ -323,6 +345,8 @@ SWEEP(allocations, check_mesh)
 SWEEP(allocations, spread_vertices)
 SWEEP(allocations, find_distances)
 SWEEP(allocations, create_points)
+SWEEP(allocations, solve_elastic_net)
+SWEEP(allocations, solve_least_squares)
 SWEEP(allocations, compute_weights)
 SWEEP(allocations, compute_eigenfunctions)
 SWEEP(allocations, find_skeleton)
@@ -368,6 +392,8 @@ int main(int argc, char **argv)
     RUN(spread_vertices_fails_cleanly);
     RUN(find_distances_fails_cleanly);
     RUN(create_points_fails_cleanly);
+    RUN(solve_elastic_net_fails_cleanly);
+    RUN(solve_least_squares_fails_cleanly);
     RUN(compute_weights_fails_cleanly);
     RUN(compute_eigenfunctions_fails_cleanly);
     RUN(find_skeleton_fails_cleanly);
