@@ -27,7 +27,7 @@ from rows_blend import blend_rows  # noqa: E402
 from rows_blender import BLENDER_ROWS, blender_rows  # noqa: E402
 from rows_eigenfunctions import eigenfunction_rows  # noqa: E402
 from rows_pose import certificate_rows, leave_one_out_rows, pose_rows  # noqa: E402
-from rows_registration import nearest_rows  # noqa: E402
+from rows_registration import nearest_rows, update_rows  # noqa: E402
 from rows_time import (  # noqa: E402
     frame_rows,
     growth_rows,
@@ -50,6 +50,7 @@ PARTS = (
     (("dense_kernels",), lambda suite, wanted: kernel_rows()),
     (("handles_100_shapes_20",), lambda suite, wanted: many_handles_rows(suite)),
     (("nearest_25k",), lambda suite, wanted: nearest_rows(suite)),
+    (("cholesky_update",), lambda suite, wanted: update_rows()),
     (("growth",), lambda suite, wanted: growth_rows(suite)),
     (("weights_20k",), lambda suite, wanted: weights_rows(suite, "weights_20k", 20_000, 3)),
     (("weights_20k",), lambda suite, wanted: reference_rows("weights_20k")),

@@ -1,18 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rows on what a registration does besides solving: nearest_25k."""
+"""Rows on what a registration does besides solving: nearest_25k, cholesky_update."""
 
 from __future__ import annotations
 
+import subprocess
 import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
 from generated import tube
-from library import Mesh, Points
+from library import CHECKOUT, Mesh, Points
 from scipy.spatial import cKDTree
-from suite import Row, Suite, compare
+from suite import Row, Suite, compare, not_run
 
 REPEATS = 7
+UPDATE = CHECKOUT / "build" / "release" / "native" / "time_cholesky_update"
 
 
 def nearest_rows(suite: Suite) -> Iterator[Row]:
@@ -51,3 +53,17 @@ def median_seconds(call: Callable[[], object]) -> float:
         call()
         times.append(time.perf_counter() - start)
     return float(np.median(times))
+
+
+def update_rows() -> Iterator[Row]:
+    """Ten rows added to and dropped from a factor, beside making it anew."""
+    if not UPDATE.exists():
+        yield not_run("cholesky_update", f"{UPDATE} was not built")
+        return
+    run = subprocess.run([UPDATE], check=True, capture_output=True, text=True)
+    for line in run.stdout.splitlines():
+        what, size, update, *anew = line.split()
+        metric = f"10 rows {what}, {size} unknowns"
+        for peer, microseconds in zip(("our factorisation", "LAPACK's"), anew, strict=True):
+            both = (float(update), peer, float(microseconds))
+            yield compare("cholesky_update", metric, "us", *both, None, {})
