@@ -38,8 +38,13 @@ void record_step(extrapolation *e, const double *from, const double *to)
     for (size_t i = 0; i < size; i++) {
         step[i] = to[i] - from[i];
     }
-    e->next = (e->next + 1) % DEPTH;
     e->count = e->count < DEPTH ? e->count + 1 : DEPTH;
+    for (int32_t i = 0; i < e->count; i++) {
+        const double *other = e->step + (size_t)i * size;
+        e->products[i][e->next] = dot(other, step + e->measured, (size_t)e->measured);
+        e->products[e->next][i] = e->products[i][e->next];
+    }
+    e->next = (e->next + 1) % DEPTH;
 }
 
 /* The weights a minimise |sum_i a_i step_i|, sum_i a_i = 1: (steps^T steps) a is constant. Steps
@@ -48,18 +53,14 @@ static int find_weights(const extrapolation *e, double *weights)
 {
     static const double ridge = 1e-12; /* steps that depend on each other share a weight */
     double products[DEPTH * DEPTH], length[DEPTH], sum = 0.0;
-    size_t size = (size_t)e->size, measured = (size_t)e->measured;
     for (int32_t i = 0; i < e->count; i++) {
-        const double *step = e->step + (size_t)i * size;
-        length[i] = sqrt(fmax(dot(step, step + measured, measured), 0.0));
+        length[i] = sqrt(fmax(e->products[i][i], 0.0));
         if (!(length[i] > 0.0)) {
             return 0;
         }
         weights[i] = 1.0 / length[i];
         for (int32_t j = 0; j <= i; j++) {
-            products[j * e->count + i] =
-                dot(e->step + (size_t)j * size, step + measured, measured) /
-                (length[i] * length[j]);
+            products[j * e->count + i] = e->products[i][j] / (length[i] * length[j]);
         }
         products[i * e->count + i] = 1.0 + ridge;
     }

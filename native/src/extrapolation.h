@@ -15,6 +15,7 @@ typedef struct extrapolation {
     int32_t count, next; /* steps that are known; where the next one goes */
     double *end;         /* depth by size: where each step led */
     double *step;        /* depth by size */
+    double products[EXTRAPOLATION_DEPTH][EXTRAPOLATION_DEPTH]; /* of steps, as they are measured */
 } extrapolation;
 
 /* Returns 0 where memory is short; it can then be destroyed all the same. */
