@@ -163,6 +163,7 @@ class tug_solver_options(Sized):
         ("squared", c_int32),
         ("single_blend", c_int32),
         ("warm_start", c_int32),
+        ("scale", c_int32),
         ("max_rounds", c_int32),
         ("lambda", c_double),
         ("prior", c_double),
@@ -333,6 +334,12 @@ FUNCTIONS: dict[str, tuple] = {
     "tug_set_orientations": (Status, POINTER(tug_solver), Stack, Vector),
     # tug_status tug_solve(tug_solver *solver, const double *targets, tug_solve_info *info);
     "tug_solve": (Status, POINTER(tug_solver), Matrix, POINTER(tug_solve_info)),
+    # tug_status tug_solve_from(tug_solver *solver, const double *targets,
+    #                           const double *rotations, tug_solve_info *info);
+    "tug_solve_from": (
+        *(Status, POINTER(tug_solver), Matrix, Rotations),
+        POINTER(tug_solve_info),
+    ),
     # tug_status tug_pose(tug_solver *solver, const double *targets, const double *blend,
     #                     const double *rotations);
     "tug_pose": (Status, POINTER(tug_solver), Matrix, Matrix, Rotations),
@@ -344,6 +351,8 @@ FUNCTIONS: dict[str, tuple] = {
     "tug_get_costs": (Status, POINTER(tug_solver), Matrix),
     # tug_status tug_get_rotations(const tug_solver *solver, double *rotations);
     "tug_get_rotations": (Status, POINTER(tug_solver), Rotations),
+    # tug_status tug_get_scale(const tug_solver *solver, double *scale);
+    "tug_get_scale": (Status, POINTER(tug_solver), POINTER(c_double)),
     # tug_status tug_minimise_blend(int32_t group_count, int32_t shape_count, const double *Q,
     #                               const double *c, double r, const double *d, double lambda,
     #                               int32_t squared, double *blend, tug_blend_info *info);

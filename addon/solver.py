@@ -37,6 +37,9 @@ class Form(IntEnum):
     PAPER = 1
     NO_ROTATIONS = 2
     TRUST_REGION = 3
+    AVERAGE = 4
+    MINIMAL = 5
+    CLOSEST = 6
 
 
 @dataclass(frozen=True)
@@ -178,7 +181,8 @@ class Solver(Owner):
     """A workspace on a model, for one thread at a time. The model may be closed before it.
 
     Options, each with the library's default: form (a Form), squared, single_blend, warm_start,
-    max_rounds, lambda_ (weight of the costs), prior (of the steady form), tolerance (radians).
+    scale (1: the shapes may be larger or smaller), max_rounds, lambda_ (weight of the costs), prior
+    (of the steady form), tolerance (radians).
     """
 
     def __init__(self, model: Model, **options: float) -> None:
@@ -205,12 +209,20 @@ class Solver(Owner):
         firmness = _fitting("firmness", firmness, rows)
         native.library().tug_set_orientations(self._pointer, orientations, firmness)
 
-    def solve(self, targets: np.ndarray) -> SolveInfo:
+    def solve(self, targets: np.ndarray, start: np.ndarray | None = None) -> SolveInfo:
         """Find the pose for targets, #H by k. Time does not depend on #V. A solve that failed
-        leaves the last pose as it was."""
+        leaves the last pose as it was.
+
+        start: rotations to start from, #G by #S by k by k, in place of a cold start, as those of a
+        solver on a smaller dictionary of the same groups and shapes. The pose is then a function of
+        targets and start."""
         targets = _fitting("targets", targets, self.sizes.rows, self.sizes.dimension)
         info = native.tug_solve_info()
-        native.library().tug_solve(self._pointer, targets, byref(info))
+        if start is None:
+            native.library().tug_solve(self._pointer, targets, byref(info))
+        else:
+            start = self._fitting_rotations("start", start)
+            native.library().tug_solve_from(self._pointer, targets, start, byref(info))
         return SolveInfo(**fields_of(info))
 
     def pose(self, targets: np.ndarray, blend: np.ndarray, rotations: np.ndarray) -> None:
@@ -219,9 +231,12 @@ class Solver(Owner):
         sizes = self.sizes
         targets = _fitting("targets", targets, sizes.rows, sizes.dimension)
         blend = _fitting("blend", blend, sizes.groups, sizes.shapes)
-        square = (sizes.dimension, sizes.dimension)
-        rotations = _fitting("rotations", rotations, sizes.groups, sizes.shapes, *square)
+        rotations = self._fitting_rotations("rotations", rotations)
         native.library().tug_pose(self._pointer, targets, blend, rotations)
+
+    def _fitting_rotations(self, name: str, rotations: np.ndarray) -> np.ndarray:
+        sizes, k = self.sizes, self.sizes.dimension
+        return _fitting(name, rotations, sizes.groups, sizes.shapes, k, k)
 
     def positions(self) -> np.ndarray:
         """#V by k positions of the last solve. O(#V #W #S k)."""
@@ -247,6 +262,12 @@ class Solver(Owner):
         rotations = np.empty((self.sizes.groups, self.sizes.shapes, k, k))
         native.library().tug_get_rotations(self._pointer, rotations)
         return rotations
+
+    def scale(self) -> float:
+        """How much larger the shapes are in the last pose than given: 1 but with `scale`."""
+        scale = ctypes.c_double()
+        native.library().tug_get_scale(self._pointer, byref(scale))
+        return scale.value
 
 
 def compute_weights(

@@ -337,21 +337,37 @@ typedef enum tug_form {
     /* The paper's form made convergent (appendix A): a rotation per group and shape, each a
      * function of the pose, and a trust region that lowers (A 10) in every round. Ten times slower
      * than the steady form, and its pose may jump as the paper's does. */
-    TUG_FORM_TRUST_REGION = 3
+    TUG_FORM_TRUST_REGION = 3,
+    /* The average energy (F 9) of Shtern et al., by their algorithm 1: how far the pose is from
+     * each shape as a whole, averaged. A rotation per group and shape, no blends, no costs. Smooth,
+     * and even an example is given up in part. The energy never rises, and seldom has the
+     * alternation far to go to the tolerance. */
+    TUG_FORM_AVERAGE = 4,
+    /* The minimal energy (F 12), by their algorithm 2: each shape alone is carried to the targets,
+     * in the whole dictionary, and the one that fits best is taken. An example is found exactly.
+     * The pose jumps where another shape becomes the best. */
+    TUG_FORM_MINIMAL = 5,
+    /* Their schedule: a round of the average, a round of the minimum, and all others with the shape
+     * that is best by then; ten in all. The quickest of the three. */
+    TUG_FORM_CLOSEST = 6
 } tug_form;
 
 typedef struct tug_solver_options {
     size_t struct_size;
     int32_t form;    /* a tug_form */
-    int32_t squared; /* 1: without the square roots of (A 10) */
+    int32_t squared; /* 1: without the square roots of (A 10); (F 9) and (F 12) have none */
     /* 1: one blend for the whole mesh instead of one per group, with the costs of (A 4-5). */
     int32_t single_blend;
     /* 1: start from the solver's last pose, as the paper does, instead of cold. The pose then
      * depends on the history of solves. */
     int32_t warm_start;
-    int32_t max_rounds; /* of blend and rotations; default 200 */
-    double lambda;      /* weight of the costs in (A 10); default 0.5 */
-    double prior;       /* weight of the steady form's priors; default 0.1 */
+    /* 1: the shapes may all be larger or smaller by a common factor, (F 7), which is found with the
+     * pose: only in the three forms of Shtern et al. */
+    int32_t scale;
+    int32_t
+        max_rounds; /* of blend and rotations; 0, the default: 10 in TUG_FORM_CLOSEST, else 200 */
+    double lambda;  /* weight of the costs in (A 10); default 0.5 */
+    double prior;   /* weight of the steady form's priors; default 0.1 */
     double
         tolerance; /* a solve has converged when no rotation moves by more; radians; default 1e-6 */
 } tug_solver_options;
@@ -361,11 +377,11 @@ typedef struct tug_solve_info {
     int32_t converged;
     int32_t rounds; /* of blend and rotations */
     /* (A 10), with springs, orientations and, in the steady form, priors below the root; in units
-     * of length */
+     * of length. In the three forms of Shtern et al. `energy`, with springs and priors. */
     double objective;
-    double energy;   /* E_d of (A 9) */
-    double gap;      /* of the last (A 20): the objective is at most this far above its optimum, up
-                        to its rounding */
+    double energy; /* E_d of (A 9), or (F 9) or (F 12) */
+    double gap;    /* of the last (A 20): the objective is at most this far above its optimum, up
+                      to its rounding */
     double residual; /* how far the last round would have turned a rotation; radians */
     double increase; /* largest rise of the objective in a round: rounding, but in the paper's
                         form */
@@ -406,6 +422,15 @@ TUG_API tug_status tug_set_orientations(tug_solver *solver, const double *orient
  * nothing; time does not depend on #V. A solve that failed leaves the last pose as it was. */
 TUG_API tug_status tug_solve(tug_solver *solver, const double *targets, tug_solve_info *info);
 
+/* The same from given rotations in place of cold: where a form starts from the optima of the shapes
+ * alone, and where its priors hold, it has these, #G by #S by k by k as tug_get_rotations gives
+ * them. The pose is a function of targets and rotations. Costs are those of a cold solve; the form
+ * without rotations keeps what it is given. It serves a change of dictionary (F 24): a solver on a
+ * model with few weight functions, where hardly anything can go wrong, starts the one on a model
+ * with many, of the same groups and shapes. Refused with `warm_start`. */
+TUG_API tug_status tug_solve_from(tug_solver *solver, const double *targets,
+                                  const double *rotations, tug_solve_info *info);
+
 /* The pose of least E_d for handle positions, a blend and rotations, in place of a solve: to mix
  * the blends and rotations of several solves, over time or between two poses. Rows are held as
  * firmly as set; orientations do not count. targets: #H by k. blend: #G by #S, not negative, rows
@@ -422,6 +447,11 @@ TUG_API tug_status tug_get_positions(const tug_solver *solver, double *positions
 TUG_API tug_status tug_get_blend(const tug_solver *solver, double *blend);
 TUG_API tug_status tug_get_costs(const tug_solver *solver, double *costs);
 TUG_API tug_status tug_get_rotations(const tug_solver *solver, double *rotations);
+
+/* How much larger the shapes are in the last pose than they were given, alpha of (F 7): 1 but with
+ * the option `scale`. tug_pose takes them as they are given: for others divide its targets by the
+ * scale, and multiply its positions. */
+TUG_API tug_status tug_get_scale(const tug_solver *solver, double *scale);
 
 /* ------------------------------------------------------------------------------------------------
  * The convex part alone

@@ -4,6 +4,7 @@
 #include "dictionary.h"
 #include "dictionary_fit.h"
 #include "elastic_net.h"
+#include "forms.h"
 #include "groups.h"
 #include "medoids.h"
 #include "rotation.h"
@@ -361,7 +362,6 @@ void tug_default_solver_options(tug_solver_options *options)
     *options = (tug_solver_options){
         .struct_size = sizeof *options,
         .form = TUG_FORM_STEADY,
-        .max_rounds = 200,
         .lambda = 0.5,
         .prior = 0.1,
         .tolerance = 1e-6,
@@ -376,14 +376,18 @@ tug_status tug_create_solver(const tug_model *model, const tug_solver_options *o
     REQUIRE_POINTER("tug_create_solver", model);
     REQUIRE_POINTER("tug_create_solver", options);
     REQUIRE_SIZE("tug_create_solver", options);
-    REQUIRE(options->form >= TUG_FORM_STEADY && options->form <= TUG_FORM_TRUST_REGION,
+    REQUIRE(options->form >= TUG_FORM_STEADY && options->form <= TUG_FORM_CLOSEST,
             "tug_create_solver: there is no form %d", options->form);
     REQUIRE(options->lambda >= 0.0 && isfinite(options->lambda),
             "tug_create_solver: lambda is %g: it cannot be negative", options->lambda);
     REQUIRE(options->prior >= 0.0 && isfinite(options->prior),
             "tug_create_solver: the prior is %g: it cannot be negative", options->prior);
     REQUIRE(options->tolerance > 0.0, "tug_create_solver: the tolerance must be above zero");
-    REQUIRE(options->max_rounds > 0, "tug_create_solver: max_rounds must be above zero");
+    REQUIRE(options->max_rounds >= 0, "tug_create_solver: max_rounds cannot be negative");
+    REQUIRE(!options->scale || compares_with_references(options->form),
+            "tug_create_solver: form %d cannot scale the shapes: choose one of the average, the "
+            "minimal and the closest, or set scale to 0",
+            options->form);
     return solver_create(model, options, out);
 }
 
@@ -442,17 +446,57 @@ tug_status tug_set_orientations(tug_solver *solver, const double *orientations,
     return TUG_OK;
 }
 
+static tug_status require_targets(const char *call, const tug_solver *solver, const double *targets)
+{
+    int32_t k = solver->model->header.dimension;
+    ptrdiff_t bad = find_not_finite(targets, (size_t)solver->model->header.rows * (size_t)k);
+    REQUIRE(bad < 0, "%s: the target of row %td is not finite", call, bad / k);
+    return TUG_OK;
+}
+
+static tug_status require_rotations(const char *call, const tug_solver *solver,
+                                    const double *rotations)
+{
+    int32_t kk = solver->model->header.dimension * solver->model->header.dimension;
+    int32_t S = solver->model->header.shapes;
+    for (int32_t i = 0; i < solver->model->header.groups * S; i++) {
+        REQUIRE(is_rotation(solver->model->header.dimension, rotations + i * kk),
+                "%s: what is given for shape %d in group %d is not a rotation", call, i % S, i / S);
+    }
+    return TUG_OK;
+}
+
 tug_status tug_solve(tug_solver *solver, const double *targets, tug_solve_info *info)
 {
     REQUIRE_POINTER("tug_solve", solver);
     REQUIRE_POINTER("tug_solve", targets);
     REQUIRE_INFO("tug_solve", info);
-    int32_t k = solver->model->header.dimension;
-    ptrdiff_t bad = find_not_finite(targets, (size_t)solver->model->header.rows * (size_t)k);
-    REQUIRE(bad < 0, "tug_solve: the target of row %td is not finite", bad / k);
     tug_solve_info own = {.struct_size = sizeof own};
-    solver_solve(solver, targets, info != NULL ? info : &own);
-    return TUG_OK;
+    tug_status status = require_targets("tug_solve", solver, targets);
+    if (status == TUG_OK) {
+        solver_solve(solver, targets, NULL, info != NULL ? info : &own);
+    }
+    return status;
+}
+
+tug_status tug_solve_from(tug_solver *solver, const double *targets, const double *rotations,
+                          tug_solve_info *info)
+{
+    REQUIRE_POINTER("tug_solve_from", solver);
+    REQUIRE_POINTER("tug_solve_from", targets);
+    REQUIRE_POINTER("tug_solve_from", rotations);
+    REQUIRE_INFO("tug_solve_from", info);
+    REQUIRE(!solver->options.warm_start,
+            "tug_solve_from: a solver with warm_start starts from its last pose: set it to 0");
+    tug_solve_info own = {.struct_size = sizeof own};
+    tug_status status = require_targets("tug_solve_from", solver, targets);
+    if (status == TUG_OK) {
+        status = require_rotations("tug_solve_from", solver, rotations);
+    }
+    if (status == TUG_OK) {
+        solver_solve(solver, targets, rotations, info != NULL ? info : &own);
+    }
+    return status;
 }
 
 tug_status tug_pose(tug_solver *solver, const double *targets, const double *blend,
@@ -462,16 +506,15 @@ tug_status tug_pose(tug_solver *solver, const double *targets, const double *ble
     REQUIRE_POINTER("tug_pose", targets);
     REQUIRE_POINTER("tug_pose", blend);
     REQUIRE_POINTER("tug_pose", rotations);
-    int32_t k = solver->model->header.dimension;
-    ptrdiff_t bad = find_not_finite(targets, (size_t)solver->model->header.rows * (size_t)k);
-    REQUIRE(bad < 0, "tug_pose: the target of row %td is not finite", bad / k);
-    int32_t S = solver->model->header.shapes, G = solver->model->header.groups;
-    REQUIRE(is_on_simplices(blend, G, S),
-            "tug_pose: the blend has a negative weight or a row that does not sum to one");
-    for (int32_t i = 0; i < G * S; i++) {
-        REQUIRE(is_rotation(k, rotations + i * k * k),
-                "tug_pose: what is given for shape %d in group %d is not a rotation", i % S, i / S);
+    tug_status status = require_targets("tug_pose", solver, targets);
+    if (status == TUG_OK) {
+        status = require_rotations("tug_pose", solver, rotations);
     }
+    if (status != TUG_OK) {
+        return status;
+    }
+    REQUIRE(is_on_simplices(blend, solver->model->header.groups, solver->model->header.shapes),
+            "tug_pose: the blend has a negative weight or a row that does not sum to one");
     solver_pose(solver, targets, blend, rotations);
     return TUG_OK;
 }
@@ -517,6 +560,14 @@ tug_status tug_get_rotations(const tug_solver *solver, double *rotations)
     REQUIRE_POSED("tug_get_rotations");
     REQUIRE_POINTER("tug_get_rotations", rotations);
     copy_rotations(solver, rotations);
+    return TUG_OK;
+}
+
+tug_status tug_get_scale(const tug_solver *solver, double *scale)
+{
+    REQUIRE_POSED("tug_get_scale");
+    REQUIRE_POINTER("tug_get_scale", scale);
+    *scale = solver->scale;
     return TUG_OK;
 }
 

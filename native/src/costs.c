@@ -11,6 +11,7 @@
 enum { MAX_STEPS = 100 };
 
 static const double TOLERANCE = 1e-7; /* radians; Newton's error after such a step is its square */
+static const double LEAST_SCALE = 1e-3;
 
 int costs_create(const tug_model *model, shape_costs *c)
 {
@@ -26,9 +27,14 @@ int costs_create(const tug_model *model, shape_costs *c)
     c->product = allocate(b * k, sizeof *c->product);
     c->placed = allocate((size_t)model->header.rows * k, sizeof *c->placed);
     c->recovery = allocate(recovery_size(&model->shape->energy, (int32_t)k), sizeof *c->recovery);
+    c->scale = allocate(S, sizeof *c->scale);
+    c->Y = allocate((size_t)model->header.rows * k, sizeof *c->Y);
+    for (size_t s = 0; s < S && c->scale != NULL; s++) {
+        c->scale[s] = 1.0;
+    }
     int room = rotation_workspace_create((int32_t)G, (int32_t)k, &c->workspace);
     return room && c->D && c->rotations && c->R && c->L && c->V && c->T && c->difference &&
-           c->product && c->placed && c->recovery;
+           c->product && c->placed && c->recovery && c->scale && c->Y;
 }
 
 void costs_destroy(shape_costs *c)
@@ -43,6 +49,8 @@ void costs_destroy(shape_costs *c)
     release(c->product);
     release(c->placed);
     release(c->recovery);
+    release(c->scale);
+    release(c->Y);
     rotation_workspace_destroy(&c->workspace);
 }
 
@@ -78,6 +86,40 @@ static void fit_handles(const tug_model *model, const holding *held, const orien
     }
     multiply(k, model->align + (g * model->header.shapes + s) * k * k, M, turned);
     add_orientation_pull(model, oriented, g, size > 0.0 ? size : 1.0, turned);
+}
+
+/* The spread of points about their mean as one group sees them. */
+static double find_spread(const tug_model *model, const holding *held, int32_t g,
+                          const double *points)
+{
+    int32_t k = model->header.dimension, h = model->header.rows;
+    const double *near = model->nearness + g * h;
+    double mean[3] = {0}, total = 0.0, squares = 0.0;
+    for (int32_t r = 0; r < h; r++) {
+        double weight = near[r] * grip_of(held, r);
+        total += weight;
+        for (int32_t a = 0; a < k; a++) {
+            mean[a] += weight * points[r * k + a];
+        }
+    }
+    for (int32_t i = 0; i < h * k; i++) {
+        double away = points[i] - mean[i % k] / total;
+        squares += near[i / k] * grip_of(held, i / k) * away * away;
+    }
+    return squares;
+}
+
+void fit_scales(const tug_model *model, const holding *held, const double *Y, shape_costs *c)
+{
+    for (int32_t s = 0; s < model->header.shapes; s++) {
+        double from = 0.0, to = 0.0;
+        for (int32_t g = 0; g < model->header.groups; g++) {
+            from += find_spread(model, held, g, model->shape[s].rows);
+            to += find_spread(model, held, g, Y);
+        }
+        /* Handles that all coincide have no size. */
+        c->scale[s] = from > 0.0 ? fmax(sqrt(to / from), LEAST_SCALE) : 1.0;
+    }
 }
 
 /* tr(T^T L T) of one group. */
@@ -177,8 +219,11 @@ void find_costs(const tug_model *model, const holding *held, const orientation *
     for (int32_t s = 0; s < S; s++) {
         const reduction *reduced = held_energy(model, held, s);
         rotation_energy energy = {G, k, reduced->C, c->L};
-        find_pull(reduced, Y, k, c->L);
-        start_rotations(model, held, oriented, s, Y, turning, c->R);
+        for (int32_t i = 0; i < model->header.rows * k; i++) {
+            c->Y[i] = Y[i] / c->scale[s];
+        }
+        find_pull(reduced, c->Y, k, c->L);
+        start_rotations(model, held, oriented, s, c->Y, turning, c->R);
         if (turning) {
             add_least_prior(model, c->R, c->L);
             for (int32_t g = 0; g < G; g++) {
@@ -190,8 +235,9 @@ void find_costs(const tug_model *model, const holding *held, const orientation *
             c->converged &= converged;
             c->steps = steps > c->steps ? steps : c->steps;
         }
-        find_group_costs(model, held, oriented, s, Y, c);
+        find_group_costs(model, held, oriented, s, c->Y, c);
         for (int32_t g = 0; g < G; g++) {
+            c->D[g * S + s] *= c->scale[s] * c->scale[s];
             memcpy(c->rotations + (g * S + s) * kk, c->R + g * kk, (size_t)kk * sizeof *c->R);
         }
     }

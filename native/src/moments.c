@@ -15,7 +15,7 @@ void stack_rotations(const tug_solver *solver, double *V)
     int32_t k = solver->model->header.dimension, kk = k * k;
     for (int32_t i = 0; i < pair_count(solver) * kk; i++) {
         int32_t pair = i / kk, row = i / k % k, column = i % k;
-        V[i] = solver->B[pair] * solver->R[pair * kk + column * k + row];
+        V[i] = solver->scale * solver->B[pair] * solver->R[pair * kk + column * k + row];
     }
 }
 
@@ -31,28 +31,26 @@ static void find_stiffness(const tug_model *model, int32_t i, int32_t j, double 
 }
 
 /* Component (a, b) of C_ij; of two groups the block of the earlier one first is stored. */
-static double joint_entry(const tug_solver *solver, int32_t i, int32_t j, int32_t ab)
+static double joint_entry(const reduction *energy, int32_t i, int32_t j, int32_t ab)
 {
-    const reduction *energy = joint_energy(solver);
-    int32_t S = energy->shapes, k = solver->model->header.dimension;
+    int32_t S = energy->shapes, k = energy->group_rows / S;
     if (i / S > j / S) {
-        return joint_entry(solver, j, i, ab % k * k + ab / k);
+        return joint_entry(energy, j, i, ab % k * k + ab / k);
     }
     size_t block = coupling_offset(energy, i / S, j / S);
     return energy->C[block + (size_t)((ab * S + i % S) * S + j % S)];
 }
 
-/* A_ij = H_ij - C_ij, pairs of different groups having no H_ij. */
-static void find_own_block(const tug_solver *solver, int32_t i, int32_t j, double *block)
+void find_own_block(const tug_model *model, const reduction *energy, int32_t i, int32_t j,
+                    double *block)
 {
-    const tug_model *model = solver->model;
     int32_t kk = model->header.dimension * model->header.dimension, S = model->header.shapes;
     memset(block, 0, (size_t)kk * sizeof *block);
     if (i / S == j / S) {
         find_stiffness(model, i, j, block);
     }
     for (int32_t ab = 0; ab < kk; ab++) {
-        block[ab] -= joint_entry(solver, i, j, ab);
+        block[ab] -= joint_entry(energy, i, j, ab);
     }
 }
 
@@ -76,7 +74,7 @@ void find_own_moments(const tug_solver *solver, const double *V, double *AV)
             continue; /* most shapes count in no group */
         }
         for (int32_t i = 0; i < n; i++) {
-            find_own_block(solver, i, j, block);
+            find_own_block(solver->model, joint_energy(solver), i, j, block);
             multiply(k, block, V + j * kk, product);
             for (int32_t ab = 0; ab < kk; ab++) {
                 AV[i * kk + ab] += product[ab];

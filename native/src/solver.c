@@ -100,17 +100,37 @@ tug_status solver_set_firmness(tug_solver *solver, const double *firmness)
     if (status == TUG_OK) {
         release_holding(solver->held);
         solver->held = held;
+        if (compares_with_references(solver->options.form)) {
+            find_couplings(solver->model, joint_energy(solver), &solver->references.couplings);
+        }
     }
     return status;
 }
 
-void solver_solve(tug_solver *solver, const double *targets, tug_solve_info *info)
+/* Relative to the alignment, from the papers' R_gs. */
+static void align_rotations(const tug_model *model, const double *given, double *R)
+{
+    int32_t k = model->header.dimension, kk = k * k;
+    for (int32_t i = 0; i < model->header.groups * model->header.shapes; i++) {
+        multiply_nt(k, given + i * kk, model->align + i * kk, R + i * kk);
+    }
+}
+
+void solver_solve(tug_solver *solver, const double *targets, const double *rotations,
+                  tug_solve_info *info)
 {
     take_targets(solver, targets);
+    if (solver->options.scale) {
+        fit_scales(solver->model, solver->held, solver->Y, &solver->costs);
+    }
     find_costs(solver->model, solver->held, &solver->oriented, solver->Y,
                solver->options.form != TUG_FORM_NO_ROTATIONS, &solver->costs);
+    if (rotations != NULL) {
+        align_rotations(solver->model, rotations, solver->costs.rotations);
+    }
     price_shapes(solver);
     start_blend(solver);
+    solver->scale = 1.0;
     size_t size = info->struct_size;
     *info = (tug_solve_info){.struct_size = size};
     switch ((tug_form)solver->options.form) {
@@ -125,6 +145,15 @@ void solver_solve(tug_solver *solver, const double *targets, tug_solve_info *inf
         break;
     case TUG_FORM_TRUST_REGION:
         solve_trust_region(solver, info);
+        break;
+    case TUG_FORM_AVERAGE:
+        solve_average(solver, info);
+        break;
+    case TUG_FORM_MINIMAL:
+        solve_minimal(solver, info);
+        break;
+    case TUG_FORM_CLOSEST:
+        solve_closest(solver, info);
         break;
     }
     if (solver->options.form != TUG_FORM_TRUST_REGION) {
@@ -143,13 +172,11 @@ void solver_solve(tug_solver *solver, const double *targets, tug_solve_info *inf
 void solver_pose(tug_solver *solver, const double *targets, const double *blend,
                  const double *rotations)
 {
-    int32_t k = solver->model->header.dimension, kk = k * k;
     int32_t n = solver->model->header.groups * solver->model->header.shapes;
     take_targets(solver, targets);
+    solver->scale = 1.0;
     memcpy(solver->B, blend, (size_t)n * sizeof *blend);
-    for (int32_t i = 0; i < n; i++) {
-        multiply_nt(k, rotations + i * kk, solver->model->align + i * kk, solver->R + i * kk);
-    }
+    align_rotations(solver->model, rotations, solver->R);
     stack_rotations(solver, solver->V);
     find_transforms(solver);
     solver->solved = 0;

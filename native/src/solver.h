@@ -8,8 +8,10 @@
 /* firmness: #H, not negative. Where it fails everything is as before. */
 tug_status solver_set_firmness(tug_solver *solver, const double *firmness);
 
-/* targets: #H by k, finite. */
-void solver_solve(tug_solver *solver, const double *targets, tug_solve_info *info);
+/* targets: #H by k, finite. rotations: #G by #S by k by k to start from in place of the shapes' own
+ * optima, or NULL. */
+void solver_solve(tug_solver *solver, const double *targets, const double *rotations,
+                  tug_solve_info *info);
 
 /* The pose of least energy for a blend, #G by #S, and rotations as copy_rotations gives them. */
 void solver_pose(tug_solver *solver, const double *targets, const double *blend,

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "solver_state.h"
 
+#include "forms.h"
 #include "memory.h"
 #include "rotation.h"
 
@@ -28,6 +29,7 @@ void solver_destroy(tug_solver *solver)
     rotation_workspace_destroy(&solver->turning);
     trust_region_destroy(&solver->trust);
     working_set_destroy(&solver->set);
+    references_destroy(&solver->references);
     release(solver);
 }
 
@@ -86,6 +88,17 @@ static int allocate_solver(tug_solver *s)
     return allocate_arrays(requests, sizeof requests / sizeof *requests);
 }
 
+static void take_options(const tug_solver_options *given, tug_solver_options *options)
+{
+    *options = *given;
+    if (given->max_rounds == 0) {
+        options->max_rounds = given->form == TUG_FORM_CLOSEST ? 10 : 200;
+    }
+    if (compares_with_references(given->form)) {
+        options->squared = 1; /* their energies have no root */
+    }
+}
+
 tug_status solver_create(const tug_model *model, const tug_solver_options *options,
                          tug_solver **out)
 {
@@ -94,7 +107,7 @@ tug_status solver_create(const tug_model *model, const tug_solver_options *optio
         return fail_memory();
     }
     solver->model = model;
-    solver->options = *options;
+    take_options(options, &solver->options);
     int32_t groups = model->header.groups, shapes = model->header.shapes;
     int room =
         allocate_solver(solver) && orientation_create(model, &solver->oriented) &&
@@ -102,10 +115,15 @@ tug_status solver_create(const tug_model *model, const tug_solver_options *optio
         blend_workspace_create(options->single_blend ? 1 : groups, shapes, &solver->blending) &&
         rotation_workspace_create(groups, model->header.dimension, &solver->turning) &&
         (options->form != TUG_FORM_TRUST_REGION || trust_region_create(model, &solver->trust)) &&
-        working_set_create(model, options->single_blend, &solver->set);
+        working_set_create(model, options->single_blend, &solver->set) &&
+        (!compares_with_references(options->form) ||
+         references_create(model, options->form != TUG_FORM_MINIMAL, &solver->references));
     if (!room) {
         solver_destroy(solver);
         return fail_memory();
+    }
+    if (compares_with_references(options->form)) {
+        find_couplings(model, &model->energy, &solver->references.couplings);
     }
     *out = solver;
     return TUG_OK;

@@ -7,6 +7,7 @@
 #include "costs.h"
 #include "holding.h"
 #include "model.h"
+#include "references.h"
 #include "rotation_fit.h"
 #include "trust_region.h"
 #include "working_set.h"
@@ -30,6 +31,7 @@ struct tug_solver {
     /* The answer. */
     double *B;        /* #G by #S */
     double *R;        /* #G by #S by k by k, relative to the alignment */
+    double scale;     /* of all shapes; one but where it is free */
     double *T;        /* unknowns by k */
     double *placed_T; /* T for shapes about their own origins: what positions are made with */
 
@@ -51,7 +53,8 @@ struct tug_solver {
     double *face_H;                     /* face by face */
     rotation_workspace turning;
 
-    trust_region trust; /* that form's own */
+    trust_region trust;        /* that form's own */
+    reference_room references; /* that of the three forms of Shtern et al. */
 
     double *V;        /* #G #S k by k: blend weight times rotation, transposed */
     double *M;        /* #G #S by k by k: moments, (A 23) */

@@ -5,7 +5,7 @@
 
 #include <math.h>
 
-const int32_t FORMS[] = {TUG_FORM_STEADY, TUG_FORM_PAPER, TUG_FORM_TRUST_REGION,
+const int32_t FORMS[] = {TUG_FORM_STEADY, TUG_FORM_PAPER, TUG_FORM_TRUST_REGION, TUG_FORM_MINIMAL,
                          TUG_FORM_NO_ROTATIONS};
 
 void make_numbered(fixture *f, int i)
@@ -122,6 +122,9 @@ double price_of(const bench *b)
 {
     int32_t S = b->f.shapes, n = b->f.groups * S;
     double sum = 0.0, roots[MAX_GROUPS];
+    if (b->options.form == TUG_FORM_MINIMAL) {
+        return 0.0;
+    }
     find_share_roots(b, roots);
     for (int32_t i = 0; i < n && !b->options.single_blend; i++) {
         sum += roots[i / S] * b->blend[i] * b->costs[i];

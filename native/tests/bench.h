@@ -6,7 +6,7 @@
 #include "fixture.h"
 
 /* Every tug_form, those with rotations first, and the settings of choose_settings. */
-enum { FORM_COUNT = 4, TURNING_FORM_COUNT = 3, SETTING_COUNT = 16 };
+enum { FORM_COUNT = 5, TURNING_FORM_COUNT = 4, SETTING_COUNT = 20 };
 extern const int32_t FORMS[FORM_COUNT];
 
 /* A solver and all that it says about its last pose. */
@@ -45,7 +45,8 @@ double constraint_error(const bench *b);
 /* E_d of the pose, from the edges. */
 double energy_of(const bench *b);
 
-/* lambda times what the blend costs. A single blend pays for whole shapes. */
+/* lambda times what the blend costs: nothing in the minimal form. A single blend pays for whole
+ * shapes. */
 double price_of(const bench *b);
 
 #endif

@@ -644,7 +644,7 @@ static void spoil_options(tug_solver_options *options, int i)
         options->form = -1;
         break;
     case 3:
-        options->form = 4;
+        options->form = 7;
         break;
     case 4:
         options->lambda = -0.1;
@@ -667,8 +667,11 @@ static void spoil_options(tug_solver_options *options, int i)
     case 10:
         options->tolerance = NAN;
         break;
+    case 11:
+        options->scale = 1; /* in the steady form */
+        break;
     default:
-        options->max_rounds = 0;
+        options->max_rounds = -1;
     }
 }
 
@@ -684,7 +687,7 @@ static void tug_create_solver_refuses(void)
     CHECK(REFUSED(tug_create_solver, NULL, &options, &solver) && solver == NULL);
     solver = RUBBISH;
     CHECK(REFUSED(tug_create_solver, model, NULL, &solver) && solver == NULL);
-    for (int i = 0; i <= 11; i++) {
+    for (int i = 0; i <= 12; i++) {
         tug_default_solver_options(&options);
         spoil_options(&options, i);
         solver = RUBBISH;
@@ -700,7 +703,7 @@ static void solver_calls_refuse(void)
     make_strip(&f);
     tug_model *model = make_model(&f);
     tug_solver_options options;
-    tug_solver *solver;
+    tug_solver *solver, *warm;
     tug_solve_info info = {.struct_size = sizeof info, .rounds = -7};
     double targets[2 * MAX_WEIGHTS] = {0}, out[9 * MAX_VERTICES] = {-7.0};
     double blend[MAX_PAIRS] = {0}, rotations[4 * MAX_PAIRS] = {0};
@@ -711,11 +714,15 @@ static void solver_calls_refuse(void)
     double firmness[MAX_WEIGHTS] = {0}, turned[4 * MAX_WEIGHTS] = {0};
     tug_default_solver_options(&options);
     CHECK(tug_create_solver(model, &options, &solver) == TUG_OK);
+    options.warm_start = 1;
+    CHECK(tug_create_solver(model, &options, &warm) == TUG_OK);
     for (int solved = 0; solved < 2; solved++) { /* before the first pose there is none to get */
         CHECK(solved || REFUSED(tug_get_positions, solver, out));
         CHECK(solved || REFUSED(tug_get_blend, solver, out));
         CHECK(solved || REFUSED(tug_get_costs, solver, out));
         CHECK(solved || REFUSED(tug_get_rotations, solver, out));
+        CHECK(solved || REFUSED(tug_get_scale, solver, out));
+        CHECK(REFUSED(tug_get_scale, NULL, out) && REFUSED(tug_get_scale, solver, NULL));
         CHECK(REFUSED(tug_get_positions, NULL, out) && REFUSED(tug_get_positions, solver, NULL));
         CHECK(REFUSED(tug_get_blend, NULL, out) && REFUSED(tug_get_blend, solver, NULL));
         CHECK(REFUSED(tug_get_costs, NULL, out) && REFUSED(tug_get_costs, solver, NULL));
@@ -749,12 +756,20 @@ static void solver_calls_refuse(void)
         CHECK(REFUSED(tug_pose, solver, targets, blend, NULL));
         CHECK(REFUSED(tug_pose, solver, targets, out, rotations)); /* no blend */
         CHECK(REFUSED(tug_pose, solver, targets, blend, out));     /* no rotations */
+        CHECK(REFUSED(tug_solve_from, NULL, targets, rotations, &info));
+        CHECK(REFUSED(tug_solve_from, solver, NULL, rotations, &info));
+        CHECK(REFUSED(tug_solve_from, solver, targets, NULL, &info));
+        CHECK(REFUSED(tug_solve_from, solver, targets, out, &info)); /* no rotations */
+        CHECK(strstr(tug_error_text(), "shape 0 in group 0") != NULL);
+        CHECK(REFUSED(tug_solve_from, warm, targets, rotations, &info));
         targets[3] = INFINITY;
+        CHECK(REFUSED(tug_solve_from, solver, targets, rotations, &info));
         CHECK(REFUSED(tug_pose, solver, targets, blend, rotations));
         targets[3] = 0.0;
         CHECK(out[0] == -7.0 && info.rounds == -7);
         CHECK(tug_solve(solver, targets, NULL) == TUG_OK);
     }
+    tug_destroy_solver(warm);
     tug_destroy_solver(solver);
     tug_destroy_model(model);
 }

@@ -260,6 +260,16 @@ static int call_set_firmness(bench *b)
     return (status == TUG_OK) != kept ? (int)status : CHANGED;
 }
 
+static int call_create_average(bench *b)
+{
+    return create_solver(b, TUG_FORM_AVERAGE, 0);
+}
+
+static int call_create_minimal(bench *b)
+{
+    return create_solver(b, TUG_FORM_MINIMAL, 0);
+}
+
 static int call_minimise_blend(bench *b)
 {
     const double Q[] = {2, 0, 0, 1}, c[] = {0, 0}, d[] = {1, 2};
@@ -358,6 +368,8 @@ SWEEP(allocations, load_model)
 SWEEP(allocations, create_solver)
 SWEEP(allocations, create_solver_of_one_blend)
 SWEEP(allocations, create_trust_region)
+SWEEP(allocations, create_average)
+SWEEP(allocations, create_minimal)
 SWEEP(allocations, set_firmness)
 SWEEP(allocations, minimise_blend)
 SWEEP_CANCEL(compute_weights)
@@ -405,6 +417,8 @@ int main(int argc, char **argv)
     RUN(create_solver_fails_cleanly);
     RUN(create_solver_of_one_blend_fails_cleanly);
     RUN(create_trust_region_fails_cleanly);
+    RUN(create_average_fails_cleanly);
+    RUN(create_minimal_fails_cleanly);
     RUN(set_firmness_fails_cleanly);
     RUN(minimise_blend_fails_cleanly);
     RUN(compute_weights_stops_cleanly);

@@ -41,7 +41,8 @@ static void objective_is_root_of_energy_and_price(void)
             mix_targets(&b.f, &random, 0.05, b.targets);
             CHECK(solve(&b));
             double energy = energy_of(&b);
-            double objective = (b.options.squared ? energy : sqrt(energy)) + price_of(&b);
+            int root = !b.options.squared && b.options.form != TUG_FORM_MINIMAL;
+            double objective = (root ? sqrt(energy) : energy) + price_of(&b);
             CHECK_NEAR(b.info.objective / objective, 1.0, 1e-6);
         }
         clear(&b);
@@ -214,7 +215,7 @@ static void posing_takes_blend_and_rotations_as_they_are(void)
         CHECK(tug_get_positions(b.solver, b.positions) == TUG_OK);
         /* The trust region's transforms are those of its blend and rotations in the limit only. */
         int by_steps = b.options.form == TUG_FORM_TRUST_REGION;
-        CHECK(pose_distance(&b.f, b.positions, pose) <= (by_steps ? 1e-4 : 1e-9));
+        CHECK(pose_distance(&b.f, b.positions, pose) <= (by_steps ? 1e-3 : 1e-9));
         CHECK(tug_get_costs(b.solver, b.costs) == TUG_ERROR_ARGUMENT);
 
         mix_targets(&b.f, &random, 0.05, other.targets);
