@@ -1,15 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "shape_couplings.h"
 
-#include "dispatch.h"
 #include "memory.h"
 #include "moments.h"
+#include "vector.h"
 
 #include <string.h>
-
-enum { LANES = 8 }; /* entries at a time: their sums stay in registers */
-
-#define INLINE static inline __attribute__((always_inline))
 
 static size_t block_size(const shape_couplings *c)
 {
@@ -66,57 +62,75 @@ void find_couplings(const tug_model *model, const reduction *energy, shape_coupl
     }
 }
 
-/* Y += A^T X for one block. Called with a constant for k, as is the next. */
-INLINE void add_transposed(const shape_couplings *c, int32_t k, const double *A, const double *X,
-                           double *Y)
+/* Y += A^T X for one block: entries from i on, their sums in registers. k and width are constants
+ * where these are called. */
+PART void add_transposed_part(const shape_couplings *c, int32_t k, int width, int32_t i,
+                              const double *A, const double *X, double *Y)
 {
-    int32_t stride = c->stride;
-    for (int32_t i = 0; i < stride; i += LANES) {
-        double sum[3][LANES];
-        memset(sum, 0, sizeof sum);
-        const double *row = A + i;
-        for (int32_t j = 0; j < c->size; j++, row += stride) {
+    packed sum[3][2] = {{{0.0}}};
+    const double *row = A + i;
+    for (int32_t j = 0; j < c->size; j++, row += c->stride) {
+        for (int v = 0; v < width; v++) {
+            packed x = *packed_at(row + LANES * v);
             for (int32_t a = 0; a < k; a++) {
-                for (int32_t l = 0; l < LANES; l++) {
-                    sum[a][l] += X[a * stride + j] * row[l];
-                }
+                sum[a][v] += X[a * c->stride + j] * x;
             }
         }
-        for (int32_t a = 0; a < k; a++) {
-            for (int32_t l = 0; l < LANES; l++) {
-                Y[a * stride + i + l] += sum[a][l];
-            }
+    }
+    for (int32_t a = 0; a < k; a++) {
+        for (int v = 0; v < width; v++) {
+            *writable_packed_at(Y + a * c->stride + i + LANES * v) += sum[a][v];
         }
     }
 }
 
-/* Y += A X. */
-INLINE void add_straight(const shape_couplings *c, int32_t k, const double *A, const double *X,
+PART void add_transposed(const shape_couplings *c, int32_t k, const double *A, const double *X,
                          double *Y)
 {
-    int32_t stride = c->stride;
-    for (int32_t i = 0; i < c->size; i++, A += stride) {
-        double sum[3][LANES];
-        memset(sum, 0, sizeof sum);
-        for (int32_t j = 0; j < stride; j += LANES) {
-            for (int32_t a = 0; a < k; a++) {
-                for (int32_t l = 0; l < LANES; l++) {
-                    sum[a][l] += X[a * stride + j + l] * A[j + l];
-                }
+    int32_t i = 0;
+    for (; i + 2 * LANES <= c->stride; i += 2 * LANES) {
+        add_transposed_part(c, k, 2, i, A, X, Y);
+    }
+    if (i < c->stride) {
+        add_transposed_part(c, k, 1, i, A, X, Y);
+    }
+}
+
+/* Y += A X, `height` rows of A from i on. */
+PART void add_straight_part(const shape_couplings *c, int32_t k, int height, int32_t i,
+                            const double *A, const double *X, double *Y)
+{
+    packed sum[3][2] = {{{0.0}}};
+    const double *row = A + (size_t)i * (size_t)c->stride;
+    for (int32_t j = 0; j < c->stride; j += LANES) {
+        for (int32_t a = 0; a < k; a++) {
+            packed x = *packed_at(X + a * c->stride + j);
+            for (int u = 0; u < height; u++) {
+                sum[a][u] += x * *packed_at(row + u * c->stride + j);
             }
         }
-        for (int32_t a = 0; a < k; a++) {
-            double total = 0.0;
-            for (int32_t l = 0; l < LANES; l++) {
-                total += sum[a][l];
-            }
-            Y[a * stride + i] += total;
+    }
+    for (int32_t a = 0; a < k; a++) {
+        for (int u = 0; u < height; u++) {
+            Y[a * c->stride + i + u] += sum_of_lanes(&sum[a][u]);
         }
     }
 }
 
-INLINE void couple(const shape_couplings *c, int32_t k, int32_t first, int32_t count,
-                   const double *X, double *AX)
+PART void add_straight(const shape_couplings *c, int32_t k, const double *A, const double *X,
+                       double *Y)
+{
+    int32_t i = 0;
+    for (; i + 2 <= c->size; i += 2) {
+        add_straight_part(c, k, 2, i, A, X, Y);
+    }
+    if (i < c->size) {
+        add_straight_part(c, k, 1, i, A, X, Y);
+    }
+}
+
+PART void couple(const shape_couplings *c, int32_t k, int32_t first, int32_t count, const double *X,
+                 double *AX)
 {
     int32_t slice = slice_size(c);
     memset(AX + first * slice, 0, (size_t)(count * slice) * sizeof *AX);
