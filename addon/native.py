@@ -301,10 +301,11 @@ FUNCTIONS: dict[str, tuple] = {
     #                             const double *weights, int32_t weight_count,
     #                             const tug_rows *rows, const int32_t *groups,
     #                             int32_t group_count, const double *stiffness,
-    #                             tug_progress progress, void *user, tug_model **out);
+    #                             double smoothness, tug_progress progress, void *user,
+    #                             tug_model **out);
     "tug_create_model": (
         *(Status, POINTER(tug_mesh), Stack, c_int32, Matrix, c_int32, POINTER(tug_rows)),
-        *(Indices, c_int32, POINTER(c_double)),
+        *(Indices, c_int32, POINTER(c_double), c_double),
         *(tug_progress, c_void_p, POINTER(POINTER(tug_model))),
     ),
     # void tug_destroy_model(tug_model *model);

@@ -123,6 +123,7 @@ class Model(Owner):
     shapes: #S by #V by k, the rest shape first. weights: #V by #W, whose span holds the constant.
     groups: #F, as from cluster_triangles. A weight function that no row pins is a free handle.
     stiffness: #F factors of the triangles' energies, or None for one: stiff regions deform less.
+    smoothness: beta_sm of (F 10), what uneven influences of shapes and translation cost.
     O(#V (#W #S k)^2). The mesh may be closed afterwards.
     """
 
@@ -135,6 +136,7 @@ class Model(Owner):
         groups: np.ndarray,
         *,
         stiffness: np.ndarray | None = None,
+        smoothness: float = 0.0,
         progress: Progress | None = None,
     ) -> None:
         shapes = _shapes(mesh, shapes)
@@ -150,7 +152,7 @@ class Model(Owner):
             native.library().tug_create_model(
                 *(mesh._pointer, shapes, len(shapes), weights, weights.shape[1]),
                 *(byref(_native_rows(rows)), groups, int(groups.max(initial=-1)) + 1),
-                *(factors, callback, None, byref(out)),
+                *(factors, smoothness, callback, None, byref(out)),
             )
         super().__init__(Memory(out, native.library().tug_destroy_model))
 

@@ -291,15 +291,18 @@ typedef struct tug_model_sizes {
 /* shapes: #S by #V by k; shape 0 is the rest shape and need not equal the mesh's vertices.
  * weights: #V by #W, any functions whose span holds the constant. groups: #F, as from
  * tug_cluster_triangles. stiffness: #F, above zero, or NULL for one everywhere: a triangle's energy
- * is multiplied by it, so that stiff regions deform less than the others. A weight function needs
- * no row of its own: a free handle is a column of the weights that no row pins. Fails with
+ * is multiplied by it, so that stiff regions deform less than the others. smoothness: beta_sm of
+ * (F 10), 0 or more: that many times half the Laplacian energies of how the shapes' coordinates and
+ * the translation vary over the surface, (F 6), come beside E_d and count as part of it; no lengths
+ * but those in parts of the rest shape's diagonal. Examples have none. A weight function needs no
+ * row of its own: a free handle is a column of the weights that no row pins. Fails with
  * TUG_ERROR_HANDLES where the rows depend on each other. O(#V (#W #S k)^2) time. A model takes
  * about 4 (#G #S k)^2 bytes where weight functions are local, and making it 8 (#W (1 + #S k))^2
  * more; neither grows with #V. */
 TUG_API tug_status tug_create_model(const tug_mesh *mesh, const double *shapes, int32_t shape_count,
                                     const double *weights, int32_t weight_count,
                                     const tug_rows *rows, const int32_t *groups,
-                                    int32_t group_count, const double *stiffness,
+                                    int32_t group_count, const double *stiffness, double smoothness,
                                     tug_progress progress, void *user, tug_model **out);
 
 /* No solver on it may be alive. NULL is allowed. */

@@ -282,7 +282,7 @@ static tug_status check_stiffness(const double *stiffness, int32_t triangle_coun
 tug_status tug_create_model(const tug_mesh *mesh, const double *shapes, int32_t shape_count,
                             const double *weights, int32_t weight_count, const tug_rows *rows,
                             const int32_t *groups, int32_t group_count, const double *stiffness,
-                            tug_progress progress, void *user, tug_model **out)
+                            double smoothness, tug_progress progress, void *user, tug_model **out)
 {
     REQUIRE_POINTER("tug_create_model", out);
     *out = NULL;
@@ -294,6 +294,8 @@ tug_status tug_create_model(const tug_mesh *mesh, const double *shapes, int32_t 
     REQUIRE(shape_count > 0, "tug_create_model: there are no shapes");
     REQUIRE(weight_count > 0, "tug_create_model: there are no weight functions");
     REQUIRE(group_count > 0, "tug_create_model: there are no edge groups");
+    REQUIRE(smoothness >= 0.0 && isfinite(smoothness),
+            "tug_create_model: the smoothness is %g: it cannot be negative", smoothness);
     tug_status status = check_rows(rows, mesh->vertex_count);
     if (status == TUG_OK) {
         status = check_groups(groups, mesh->triangle_count, group_count);
@@ -309,7 +311,7 @@ tug_status tug_create_model(const tug_mesh *mesh, const double *shapes, int32_t 
     }
     progress_range range = whole_range(progress, user);
     return model_create(mesh, shapes, shape_count, weights, weight_count, rows, groups, group_count,
-                        stiffness, &range, out);
+                        stiffness, smoothness, &range, out);
 }
 
 void tug_destroy_model(tug_model *model)

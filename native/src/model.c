@@ -80,6 +80,7 @@ static cursor lay_out(tug_model *model, double *data, int32_t *indices)
     model->weight_columns = take(&at, m * n);
     model->middles = take(&at, m * S * k);
     model->constant = take(&at, m);
+    model->smoothness = take(&at, m * m);
     lay_out_reduction(&at, model, header->shapes, &model->energy);
     model->align = take(&at, G * S * k * k);
     model->H = take(&at, G * S * k * S * k);

@@ -38,7 +38,8 @@ struct tug_model {
 
     dictionary dictionary;
     double *shape_columns, *weight_columns, *middles;
-    double *constant; /* #W: sum_h constant_h W_h = 1 */
+    double *constant;   /* #W: sum_h constant_h W_h = 1 */
+    double *smoothness; /* #W square: S of smoothness.h */
 
     /* The joint problem: V has a block for each pair (g, s). */
     reduction energy;
@@ -53,7 +54,7 @@ struct tug_model {
 tug_status model_create(const tug_mesh *mesh, const double *shapes, int32_t shape_count,
                         const double *weights, int32_t weight_count, const tug_rows *rows,
                         const int32_t *groups, int32_t group_count, const double *stiffness,
-                        const progress_range *range, tug_model **out);
+                        double smoothness, const progress_range *range, tug_model **out);
 void model_destroy(tug_model *model);
 
 /* The group that a row says most about. */

@@ -11,7 +11,7 @@
 
 static const char MAGIC[8] = {'T', 'U', 'G', 'M', 'O', 'D', 'E', 'L'};
 
-enum { BLOB_VERSION = 2 };
+enum { BLOB_VERSION = 3 };
 
 typedef struct blob_front {
     char magic[8];

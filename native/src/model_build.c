@@ -4,6 +4,7 @@
 
 #include "dense.h"
 #include "memory.h"
+#include "smoothness.h"
 
 #include <math.h>
 
@@ -74,6 +75,10 @@ static tug_status measure(tug_model *model, const tug_mesh *mesh, const int32_t 
         status = find_group_constants(model, mesh, groups, rows, stiffness, &first, L);
     }
     if (status == TUG_OK) {
+        add_smoothness(&model->dictionary, model->smoothness, 0,
+                       model->header.shapes * model->header.dimension, L);
+    }
+    if (status == TUG_OK) {
         status = report(&second, "solving for transforms", 0.0);
     }
     if (status == TUG_OK) {
@@ -84,13 +89,16 @@ static tug_status measure(tug_model *model, const tug_mesh *mesh, const int32_t 
 }
 
 static tug_status build_model(tug_model *model, const tug_mesh *mesh, const int32_t *groups,
-                              const tug_rows *rows, const double *stiffness,
+                              const tug_rows *rows, const double *stiffness, double smoothness,
                               const progress_range *range)
 {
     const progress_range parts[] = {progress_part(range, 0.0, 0.5), progress_part(range, 0.5, 0.6),
                                     progress_part(range, 0.6, 1.0)};
     find_middles(&model->dictionary, mesh->mass, model->middles);
     tug_status status = find_constant(model);
+    if (status == TUG_OK) {
+        status = find_smoothness(mesh, &model->dictionary, smoothness, model->smoothness);
+    }
     if (status == TUG_OK) {
         find_rows(model, rows);
         status = measure(model, mesh, groups, rows, stiffness, parts);
@@ -128,7 +136,7 @@ static tug_status open_model(model_header *header, const tug_mesh *mesh, const d
 tug_status model_create(const tug_mesh *mesh, const double *shapes, int32_t shape_count,
                         const double *weights, int32_t weight_count, const tug_rows *rows,
                         const int32_t *groups, int32_t group_count, const double *stiffness,
-                        const progress_range *range, tug_model **out)
+                        double smoothness, const progress_range *range, tug_model **out)
 {
     tug_status status = require_sound_mesh(mesh);
     if (status != TUG_OK) {
@@ -151,7 +159,7 @@ tug_status model_create(const tug_mesh *mesh, const double *shapes, int32_t shap
     tug_model *model = NULL;
     status = open_model(&header, mesh, shapes, weights, groups, &model);
     if (status == TUG_OK) {
-        status = build_model(model, mesh, groups, rows, stiffness, range);
+        status = build_model(model, mesh, groups, rows, stiffness, smoothness, range);
     }
     if (status != TUG_OK) {
         model_destroy(model);

@@ -4,6 +4,7 @@
 
 #include "memory.h"
 #include "null_space.h"
+#include "smoothness.h"
 
 #include <string.h>
 
@@ -75,6 +76,8 @@ static tug_status eliminate_shape(tug_model *model, int32_t s, double *L)
     reduction *energy = &model->shape[s].energy;
     progress_range silent = {NULL, NULL, 0.0, 1.0};
     sum_forms(model, model->shape + s, L);
+    add_smoothness(&model->dictionary, model->smoothness, s * header->dimension, header->dimension,
+                   L);
     for (int32_t r = 0; r < header->rows; r++) {
         const double *row = model->energy.X + (size_t)r * (size_t)model->energy.unknowns;
         for (int32_t j = 0; j < energy->unknowns; j++) {

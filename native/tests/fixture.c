@@ -252,7 +252,7 @@ tug_model *make_model(const fixture *f)
     tug_mesh *mesh = make_mesh(f);
     tug_model *model;
     tug_create_model(mesh, f->shape, f->shapes, f->weight, f->weights, &rows, f->group, f->groups,
-                     f->stiffness, NULL, NULL, &model);
+                     f->stiffness, f->smoothness, NULL, NULL, &model);
     tug_destroy_mesh(mesh);
     return model;
 }

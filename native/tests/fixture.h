@@ -24,6 +24,7 @@ typedef struct fixture {
     int32_t triangle[3 * MAX_TRIANGLES];        /* #F by 3 */
     int32_t group[MAX_TRIANGLES];               /* #F */
     double stiffness[MAX_TRIANGLES];            /* #F, all one at first */
+    double smoothness;                          /* zero at first */
     int32_t row_starts[MAX_WEIGHTS + 1];
     int32_t row_vertices[3 * MAX_WEIGHTS];
     double row_values[3 * MAX_WEIGHTS];

@@ -463,7 +463,7 @@ static tug_status tug_create_model_of(const fixture *f, const tug_mesh *mesh, tu
 {
     tug_rows rows = {f->row_starts, f->row_vertices, f->row_values, f->rows};
     return tug_create_model(mesh, f->shape, f->shapes, f->weight, f->weights, &rows, f->group,
-                            f->groups, f->stiffness, NULL, NULL, out);
+                            f->groups, f->stiffness, f->smoothness, NULL, NULL, out);
 }
 
 static void tug_create_model_refuses_null(void)
@@ -479,17 +479,17 @@ static void tug_create_model_refuses_null(void)
         memcpy(a, given, sizeof a);
         a[i] = NULL;
         CHECK(REFUSED(tug_create_model, a[0], a[1], f.shapes, a[2], f.weights, a[3], a[4], f.groups,
-                      f.stiffness, NULL, NULL, &model));
+                      f.stiffness, 0.0, NULL, NULL, &model));
         CHECK(model == NULL);
     }
     CHECK(REFUSED(tug_create_model, mesh, f.shape, f.shapes, f.weight, f.weights, &rows, f.group,
-                  f.groups, f.stiffness, NULL, NULL, NULL));
+                  f.groups, f.stiffness, 0.0, NULL, NULL, NULL));
     for (int i = 0; i < 3; i++) {
         tug_model *model = RUBBISH;
         bare = (tug_rows){i == 0 ? NULL : f.row_starts, i == 1 ? NULL : f.row_vertices,
                           i == 2 ? NULL : f.row_values, f.rows};
         CHECK(REFUSED(tug_create_model, mesh, f.shape, f.shapes, f.weight, f.weights, &bare,
-                      f.group, f.groups, f.stiffness, NULL, NULL, &model));
+                      f.group, f.groups, f.stiffness, 0.0, NULL, NULL, &model));
         CHECK(model == NULL);
     }
     tug_destroy_mesh(mesh);
@@ -558,6 +558,12 @@ static void spoil_fixture(fixture *f, int i)
     case 19:
         f->stiffness[f->triangles - 1] = INFINITY;
         break;
+    case 20:
+        f->smoothness = -1e-9;
+        break;
+    case 21:
+        f->smoothness = NAN;
+        break;
     default:
         memset(f->shape, 0, sizeof f->shape); /* all vertices in one place */
     }
@@ -565,7 +571,7 @@ static void spoil_fixture(fixture *f, int i)
 
 static void tug_create_model_refuses(void)
 {
-    for (int i = 0; i <= 20; i++) {
+    for (int i = 0; i <= 22; i++) {
         fixture f;
         make_strip(&f);
         tug_mesh *mesh = make_mesh(&f);

@@ -265,7 +265,7 @@ static void foreign_bytes_are_refused_in_words(void)
     CHECK(save(&x, 0));
     x.blob[8]++; /* the version */
     CHECK(is_refused(x.blob, x.size));
-    CHECK(strstr(tug_error_text(), "format 3") != NULL);
+    CHECK(strstr(tug_error_text(), "format 4") != NULL);
     discard(&x);
 }
 

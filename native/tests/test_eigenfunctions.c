@@ -260,7 +260,7 @@ static void a_model_can_be_made_of_them(void)
     double targets[3 * MAX_WEIGHTS], positions[MAX_COORDINATES];
     CHECK(compute(mesh, 6, &result_one) == TUG_OK);
     CHECK(tug_create_model(mesh, f.shape, f.shapes, result_one.functions, 6, &rows, f.group,
-                           f.groups, NULL, NULL, NULL, &model) == TUG_OK);
+                           f.groups, NULL, 0.0, NULL, NULL, &model) == TUG_OK);
     tug_default_solver_options(&options);
     CHECK(tug_create_solver(model, &options, &solver) == TUG_OK);
     for (int32_t s = 0; s < f.shapes; s++) {

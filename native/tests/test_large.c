@@ -91,7 +91,7 @@ static tug_model *make_strip_model(const strip *f)
     tug_model *model = NULL;
     tug_create_mesh(f->shapes, POINTS, DIMENSION, f->triangles, f->triangle_count, &mesh);
     tug_create_model(mesh, f->shapes, SHAPES, f->weights, HANDLES, &rows, f->groups, GROUPS, NULL,
-                     NULL, NULL, &model);
+                     0.0, NULL, NULL, &model);
     tug_destroy_mesh(mesh);
     return model;
 }

@@ -195,9 +195,9 @@ static int call_create_model(bench *b)
 {
     tug_rows rows = {b->f.row_starts, b->f.row_vertices, b->f.row_values, b->f.rows};
     tug_model *model = (tug_model *)&rubbish;
-    tug_status status =
-        tug_create_model(b->mesh, b->f.shape, b->f.shapes, b->f.weight, b->f.weights, &rows,
-                         b->f.group, b->f.groups, b->f.stiffness, b->progress, b->user, &model);
+    tug_status status = tug_create_model(b->mesh, b->f.shape, b->f.shapes, b->f.weight,
+                                         b->f.weights, &rows, b->f.group, b->f.groups,
+                                         b->f.stiffness, 0.01, b->progress, b->user, &model);
     if (status == TUG_OK) {
         tug_destroy_model(model);
     }

@@ -342,8 +342,9 @@ static tug_status try_model(const fixture *f)
     tug_rows rows = {f->row_starts, f->row_vertices, f->row_values, f->rows};
     tug_mesh *mesh = make_mesh(f);
     tug_model *model = (tug_model *)&rows;
-    tug_status status = tug_create_model(mesh, f->shape, f->shapes, f->weight, f->weights, &rows,
-                                         f->group, f->groups, f->stiffness, NULL, NULL, &model);
+    tug_status status =
+        tug_create_model(mesh, f->shape, f->shapes, f->weight, f->weights, &rows, f->group,
+                         f->groups, f->stiffness, f->smoothness, NULL, NULL, &model);
     tug_destroy_mesh(mesh);
     if (status != TUG_OK && model != NULL) {
         return TUG_OK; /* it has to be NULL then: any other status would hide it */

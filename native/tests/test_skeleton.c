@@ -229,7 +229,7 @@ static void a_model_can_be_made_of_them(void)
     CHECK(tug_cluster_triangles(mesh, weights, bones, 8, NULL, NULL, groups, &group_count) ==
           TUG_OK);
     CHECK(tug_create_model(mesh, f.shape, f.shapes, weights, bones, &rows, groups, group_count,
-                           NULL, NULL, NULL, &model) == TUG_OK);
+                           NULL, 0.0, NULL, NULL, &model) == TUG_OK);
     tug_default_solver_options(&solver_options);
     CHECK(tug_create_solver(model, &solver_options, &solver) == TUG_OK);
     for (int32_t s = 0; s < f.shapes; s++) {

@@ -141,7 +141,7 @@ static void *build_model(void *self)
         pthread_barrier_wait(b->start);
     }
     if (tug_create_model(b->mesh, f->shape, f->shapes, f->weight, f->weights, &rows, f->group,
-                         f->groups, NULL, NULL, NULL, &model) != TUG_OK) {
+                         f->groups, NULL, 0.0, NULL, NULL, &model) != TUG_OK) {
         return NULL;
     }
     b->size = tug_model_blob_size(model);

@@ -21,7 +21,7 @@ tug_status create_subspace(const tug_baseline *baseline, const tug_baseline_prob
         progress_range silent = {NULL, NULL, 0.0, 1.0};
         status = model_create(baseline->mesh, shape_of_baseline(baseline, first), count,
                               problem->weights, problem->weight_count, &rows, problem->groups,
-                              problem->group_count, NULL, &silent, out);
+                              problem->group_count, NULL, 0.0, &silent, out);
     }
     release(starts);
     release(ones);
