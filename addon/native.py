@@ -308,6 +308,12 @@ FUNCTIONS: dict[str, tuple] = {
         *(Indices, c_int32, POINTER(c_double), c_double),
         *(tug_progress, c_void_p, POINTER(POINTER(tug_model))),
     ),
+    # tug_status tug_change_rows(const tug_model *model, const tug_rows *rows,
+    #                            const double *firmness, tug_model **out);
+    "tug_change_rows": (
+        *(Status, POINTER(tug_model), POINTER(tug_rows), POINTER(c_double)),
+        POINTER(POINTER(tug_model)),
+    ),
     # void tug_destroy_model(tug_model *model);
     "tug_destroy_model": (None, POINTER(tug_model)),
     # tug_status tug_get_model_sizes(const tug_model *model, tug_model_sizes *sizes);

@@ -162,6 +162,18 @@ class Model(Owner):
         native.library().tug_get_model_sizes(self._pointer, byref(sizes))
         return ModelSizes(**fields_of(sizes))
 
+    def change_rows(self, rows: Rows, firmness: np.ndarray | None = None) -> Self:
+        """The same model with other rows, without the mesh: some tens of milliseconds. firmness:
+        #H, beta_lc of (F 10), for rows that may be many; None pins them."""
+        if firmness is not None:
+            firmness = _fitting("firmness", firmness, len(rows))
+        factors = None if firmness is None else firmness.ctypes.data_as(POINTER(ctypes.c_double))
+        out = POINTER(native.tug_model)()
+        native.library().tug_change_rows(
+            self._pointer, byref(_native_rows(rows)), factors, byref(out)
+        )
+        return self._own(out)
+
     def save(self) -> bytes:
         """The model as one versioned and checksummed blob, in this machine's byte order."""
         size = native.library().tug_model_blob_size(self._pointer)
@@ -174,6 +186,10 @@ class Model(Owner):
         """The model of `save`. Anything but a whole, unchanged blob of this version fails."""
         out = POINTER(native.tug_model)()
         native.library().tug_load_model(bytes(blob), len(blob), byref(out))
+        return cls._own(out)
+
+    @classmethod
+    def _own(cls, out: object) -> Self:
         model = cls.__new__(cls)
         Owner.__init__(model, Memory(out, native.library().tug_destroy_model))
         return model

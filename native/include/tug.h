@@ -305,6 +305,17 @@ TUG_API tug_status tug_create_model(const tug_mesh *mesh, const double *shapes, 
                                     int32_t group_count, const double *stiffness, double smoothness,
                                     tug_progress progress, void *user, tug_model **out);
 
+/* A model that is the same but for its rows, in place of the model's own: handles added or taken
+ * away, or the hundreds of points of a registration. The mesh is not looked at; a model of all
+ * shapes is copied and what depends on the rows is found anew. firmness: NULL pins all rows, as
+ * tug_create_model does. Else #H of the new rows, 1e-6 to 1e3: beta_lc of (F 10), so that the
+ * energy has beta_r |X T - Y|_r^2 / 2 for each row; there may be more rows than unknowns then, and
+ * rows may depend on each other. It counts in the costs of the group nearest to the row, and
+ * tug_set_firmness puts its springs behind it. Fails with TUG_ERROR_HANDLES where pinned rows
+ * depend on each other. O(unknowns^3 + (#G #S k + #H)^2 unknowns): some tens of milliseconds. */
+TUG_API tug_status tug_change_rows(const tug_model *model, const tug_rows *rows,
+                                   const double *firmness, tug_model **out);
+
 /* No solver on it may be alive. NULL is allowed. */
 TUG_API void tug_destroy_model(tug_model *model);
 

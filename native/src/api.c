@@ -216,23 +216,20 @@ tug_status tug_fit_dictionary(const tug_dictionary *D, const int32_t *atoms, int
     return fit_dictionary(D, atoms, atom_count, positions, &range, transforms, fitted);
 }
 
-static tug_status check_rows(const tug_rows *rows, int32_t vertex_count)
+static tug_status check_rows(const char *call, const tug_rows *rows, int32_t vertex_count)
 {
-    REQUIRE_POINTER("tug_create_model", rows->starts);
-    REQUIRE_POINTER("tug_create_model", rows->vertices);
-    REQUIRE_POINTER("tug_create_model", rows->values);
-    REQUIRE(rows->count > 0, "tug_create_model: there are no constraint rows");
-    REQUIRE(rows->starts[0] == 0, "tug_create_model: the rows' starts begin with %d, not 0",
+    REQUIRE(rows->starts != NULL, "%s: rows->starts is NULL", call);
+    REQUIRE(rows->vertices != NULL, "%s: rows->vertices is NULL", call);
+    REQUIRE(rows->values != NULL, "%s: rows->values is NULL", call);
+    REQUIRE(rows->count > 0, "%s: there are no constraint rows", call);
+    REQUIRE(rows->starts[0] == 0, "%s: the rows' starts begin with %d, not 0", call,
             rows->starts[0]);
     for (int32_t r = 0; r < rows->count; r++) {
-        REQUIRE(rows->starts[r + 1] > rows->starts[r], "tug_create_model: row %d is empty", r);
+        REQUIRE(rows->starts[r + 1] > rows->starts[r], "%s: row %d is empty", call, r);
         for (int32_t i = rows->starts[r]; i < rows->starts[r + 1]; i++) {
             REQUIRE(rows->vertices[i] >= 0 && rows->vertices[i] < vertex_count,
-                    "tug_create_model: row %d names vertex %d of %d", r, rows->vertices[i],
-                    vertex_count);
-            REQUIRE(isfinite(rows->values[i]),
-                    "tug_create_model: row %d has a value that is not "
-                    "finite",
+                    "%s: row %d names vertex %d of %d", call, r, rows->vertices[i], vertex_count);
+            REQUIRE(isfinite(rows->values[i]), "%s: row %d has a value that is not finite", call,
                     r);
         }
     }
@@ -296,7 +293,7 @@ tug_status tug_create_model(const tug_mesh *mesh, const double *shapes, int32_t 
     REQUIRE(group_count > 0, "tug_create_model: there are no edge groups");
     REQUIRE(smoothness >= 0.0 && isfinite(smoothness),
             "tug_create_model: the smoothness is %g: it cannot be negative", smoothness);
-    tug_status status = check_rows(rows, mesh->vertex_count);
+    tug_status status = check_rows("tug_create_model", rows, mesh->vertex_count);
     if (status == TUG_OK) {
         status = check_groups(groups, mesh->triangle_count, group_count);
     }
@@ -312,6 +309,28 @@ tug_status tug_create_model(const tug_mesh *mesh, const double *shapes, int32_t 
     progress_range range = whole_range(progress, user);
     return model_create(mesh, shapes, shape_count, weights, weight_count, rows, groups, group_count,
                         stiffness, smoothness, &range, out);
+}
+
+/* Beyond these a factor would lose the rows, or the surface. */
+static const double SOFTEST_ROW = 1e-6, FIRMEST_ROW = 1e3;
+
+tug_status tug_change_rows(const tug_model *model, const tug_rows *rows, const double *firmness,
+                           tug_model **out)
+{
+    REQUIRE_POINTER("tug_change_rows", out);
+    *out = NULL;
+    REQUIRE_POINTER("tug_change_rows", model);
+    REQUIRE_POINTER("tug_change_rows", rows);
+    tug_status status = check_rows("tug_change_rows", rows, model->header.vertices);
+    if (status != TUG_OK) {
+        return status;
+    }
+    for (int32_t r = 0; r < rows->count && firmness != NULL; r++) {
+        REQUIRE(firmness[r] >= SOFTEST_ROW && firmness[r] <= FIRMEST_ROW,
+                "tug_change_rows: the firmness of row %d is %g: it must be from %g to %g", r,
+                firmness[r], SOFTEST_ROW, FIRMEST_ROW);
+    }
+    return model_change_rows(model, rows, firmness, out);
 }
 
 void tug_destroy_model(tug_model *model)

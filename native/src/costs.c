@@ -175,7 +175,9 @@ static void find_group_costs(const tug_model *model, const holding *held,
         c->D[g * S + s] += orientation_energy(model, oriented, g, c->R + g * kk);
     }
     for (int32_t r = 0; r < model->header.rows; r++) {
-        c->D[nearest_group(model, r) * S + s] += spring_energy(held, r, c->placed, Y, k);
+        c->D[nearest_group(model, r) * S + s] +=
+            spring_energy(held, r, c->placed, Y, k) +
+            soft_row_energy(&shape->energy, r, c->T, c->placed, k);
     }
 }
 

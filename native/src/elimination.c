@@ -18,13 +18,27 @@ static const double RANK_TOLERANCE = 1e-12;
  */
 static const double ROW_TOLERANCE = 1e-12;
 
-/* L alone does not see translations; X^T X does, and adding it changes nothing under X T = Y. The
- * upper triangle becomes M, scaled to a diagonal of one. L stays below it, and its diagonal is
- * kept. */
-static void make_definite(double *M, const reduction *r, double *diagonal)
+/* What M has of the squares of each row: beta, or rho, with which X^T X is as large as L. trace: of
+ * L. out: rows by unknowns, X times the roots. */
+static void weigh_rows(const reduction *r, double trace, double *out)
 {
     size_t b = (size_t)r->unknowns, h = (size_t)r->rows;
-    double trace = 0.0, squares = dot(r->X, r->X, h * b);
+    double squares = dot(r->X, r->X, h * b), rho = squares > 0.0 ? trace / squares : 0.0;
+    for (size_t i = 0; i < h; i++) {
+        double root = sqrt(r->firmness != NULL ? r->firmness[i] : rho);
+        for (size_t j = 0; j < b; j++) {
+            out[i * b + j] = root * r->X[i * b + j];
+        }
+    }
+}
+
+/* L alone does not see translations; X^T X does, and adding it changes nothing under X T = Y. The
+ * upper triangle becomes M, scaled to a diagonal of one. L stays below it, and its diagonal is
+ * kept. X: room for rows by unknowns. */
+static void make_definite(double *M, const reduction *r, double *diagonal, double *X)
+{
+    size_t b = (size_t)r->unknowns;
+    double trace = 0.0;
     for (size_t i = 0; i < b; i++) {
         diagonal[i] = M[i * b + i];
         trace += diagonal[i];
@@ -32,7 +46,8 @@ static void make_definite(double *M, const reduction *r, double *diagonal)
             M[i * b + j] = M[j * b + i];
         }
     }
-    add_upper_gram(r->unknowns, r->rows, squares > 0.0 ? trace / squares : 0.0, r->X, M);
+    weigh_rows(r, trace, X);
+    add_upper_gram(r->unknowns, r->rows, 1.0, X, M);
     for (size_t i = 0; i < b; i++) {
         double own = M[i * b + i];
         r->scale[i] = own > 0.0 ? 1.0 / sqrt(own) : 0.0;
@@ -42,6 +57,62 @@ static void make_definite(double *M, const reduction *r, double *diagonal)
             M[i * b + j] *= r->scale[i] * r->scale[j];
         }
     }
+}
+
+/* M's own lower triangle from its factor, of rank square; G and P: room for the same. */
+static void multiply_factor(const reduction *r, double *G, double *P, double *L)
+{
+    size_t b = (size_t)r->unknowns, rank = (size_t)*r->rank;
+    unpack_factor(r->factor, *r->rank, G);
+    memset(P, 0, rank * rank * sizeof *P);
+    add_upper_gram(*r->rank, *r->rank, 1.0, G, P);
+    memset(L, 0, b * b * sizeof *L);
+    for (size_t i = 0; i < rank; i++) {
+        for (size_t j = i; j < rank; j++) {
+            size_t row = (size_t)r->pivots[i], column = (size_t)r->pivots[j];
+            size_t low = row > column ? row * b + column : column * b + row;
+            L[low] = P[i * rank + j] / (r->scale[row] * r->scale[column]);
+        }
+    }
+}
+
+/* L <- L - X^T X in the lower triangle. product: unknowns square. */
+static void take_rows(const reduction *r, const double *X, double *product, double *L)
+{
+    size_t b = (size_t)r->unknowns;
+    memset(product, 0, b * b * sizeof *product);
+    add_upper_gram(r->unknowns, r->rows, 1.0, X, product);
+    for (size_t i = 0; i < b; i++) {
+        for (size_t j = 0; j <= i; j++) {
+            L[i * b + j] -= product[j * b + i];
+        }
+    }
+}
+
+tug_status restore_form(const reduction *r, double *L)
+{
+    size_t b = (size_t)r->unknowns, h = (size_t)r->rows, rank = (size_t)*r->rank;
+    double *G = allocate(b * b, sizeof *G), *P = allocate(b * b, sizeof *P);
+    double *X = allocate(h * b, sizeof *X);
+    int room = G && P && X;
+    if (room) {
+        double trace = 0.0; /* of L: with rho it is half of M's */
+        for (size_t i = 0; i < b; i++) {
+            trace += r->scale[i] > 0.0 ? 0.5 / (r->scale[i] * r->scale[i]) : 0.0;
+        }
+        multiply_factor(r, G, P, L);
+        weigh_rows(r, trace, X);
+        for (size_t i = rank; i < b; i++) {
+            for (size_t row = 0; row < h; row++) {
+                X[row * b + (size_t)r->pivots[i]] = 0.0;
+            }
+        }
+        take_rows(r, X, P, L);
+    }
+    release(G);
+    release(P);
+    release(X);
+    return room ? TUG_OK : fail_memory();
 }
 
 /* X G^-1 in the independent unknowns, scaled: rows by rank. */
@@ -101,7 +172,30 @@ static void make_symmetric(double *A, int32_t n)
     }
 }
 
-/* F, and F^T L F. L: its lower triangle below the diagonal, which is put back. */
+/* x <- B x, x rows by rank. */
+static void scale_rows(const reduction *r, double *x)
+{
+    size_t rank = (size_t)*r->rank;
+    for (size_t i = 0; i < (size_t)r->rows * rank; i++) {
+        x[i] *= r->firmness[i / rank];
+    }
+}
+
+/* F and B - B X F. X: mapped, overwritten. */
+static void find_soft_maps(reduction *r, double *X)
+{
+    int32_t h = r->rows, rank = *r->rank;
+    scale_rows(r, X);
+    memset(r->FLF, 0, (size_t)h * (size_t)h * sizeof *r->FLF);
+    for (int32_t i = 0; i < h; i++) {
+        r->FLF[i * (h + 1)] = r->firmness[i];
+    }
+    add_product_nt(h, h, rank, -1.0, X, rank, X, rank, r->FLF, h);
+    make_symmetric(r->FLF, h);
+    unmap_rows(r, X, h, r->F);
+}
+
+/* F, and F^T L F. L: its lower triangle below the diagonal, which is put back. X: mapped. */
 static tug_status find_row_maps(double *L, const double *diagonal, reduction *r, double *X,
                                 double *S)
 {
@@ -131,11 +225,15 @@ tug_status factor_transforms(double *L, reduction *r)
     double *X = allocate(h * b, sizeof *X), *S = allocate(h * h, sizeof *S);
     tug_status status = diagonal && work && X && S ? TUG_OK : fail_memory();
     if (status == TUG_OK) {
-        make_definite(L, r, diagonal);
+        make_definite(L, r, diagonal, X);
         *r->rank = pivoted_cholesky(L, r->unknowns, RANK_TOLERANCE, r->pivots, work);
         pack_factor(L, r->unknowns, *r->rank, r->factor);
         map_constraints(r, X);
-        status = find_row_maps(L, diagonal, r, X, S);
+        if (r->firmness != NULL) {
+            find_soft_maps(r, X);
+        } else {
+            status = find_row_maps(L, diagonal, r, X, S);
+        }
     }
     release(diagonal);
     release(work);
@@ -145,7 +243,7 @@ tug_status factor_transforms(double *L, reduction *r)
 }
 
 typedef struct coupling_work {
-    double *X, *SX; /* rows by rank: X G^-1, and S^-1 of it */
+    double *X, *SX; /* rows by rank: X G^-1, and S^-1 or B of it */
     double *S;      /* rows by rows */
     double *A;      /* group_rows by rank: K_g G^-1, projected */
     double *ZK;     /* group_rows by unknowns */
@@ -221,14 +319,21 @@ static tug_status couple_all(reduction *r, const progress_range *range, coupling
     int32_t rank = *r->rank, h = r->rows, p = r->group_rows;
     map_constraints(r, w->X);
     memcpy(w->SX, w->X, (size_t)h * (size_t)rank * sizeof *w->X);
-    tug_status status = solve_constraints(h, rank, w->S, w->SX);
+    tug_status status = TUG_OK;
+    if (r->firmness != NULL) {
+        scale_rows(r, w->SX);
+    } else {
+        status = solve_constraints(h, rank, w->S, w->SX);
+    }
     for (int32_t g = 0; g < r->groups && status == TUG_OK; g++) {
         status = report(range, "solving for transforms", (double)g / r->groups);
         double *KF = r->KF + (size_t)(g * p) * (size_t)h;
         memset(KF, 0, (size_t)p * (size_t)h * sizeof *KF);
         map_group(r, g, w);
         add_product_nt(p, h, rank, 1.0, w->A, rank, w->SX, rank, KF, h);
-        add_product(p, rank, h, -1.0, KF, h, w->X, rank, w->A, rank);
+        if (r->firmness == NULL) { /* K Z K^T has nothing of what the rows determine */
+            add_product(p, rank, h, -1.0, KF, h, w->X, rank, w->A, rank);
+        }
         unmap_rows(r, w->A, p, w->ZK);
         for (int32_t other = g; other < r->groups; other++) {
             couple_groups(r, g, other, w);

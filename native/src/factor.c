@@ -35,6 +35,18 @@ void pack_factor(const double *square, int32_t ld, int32_t n, double *factor)
     }
 }
 
+void unpack_factor(const double *factor, int32_t n, double *square)
+{
+    memset(square, 0, (size_t)n * (size_t)n * sizeof *square);
+    for (int32_t i = 0; i < n; i++) {
+        int32_t first = i / PANEL_ROWS * PANEL_ROWS;
+        size_t width = (size_t)(n - first), offset = (size_t)(i - first);
+        memcpy(square + (size_t)i * (size_t)(n + 1),
+               factor + panel_offset(first, n) + offset * width + offset,
+               (size_t)(n - i) * sizeof *square);
+    }
+}
+
 void solve_factor(const double *factor, int32_t n, int32_t count, double *x)
 {
     for (int32_t first = 0; first < n; first += PANEL_ROWS) {

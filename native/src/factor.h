@@ -14,6 +14,9 @@ size_t factor_size(int32_t n);
 /* From the upper triangle of a square, rows ld apart. */
 void pack_factor(const double *square, int32_t ld, int32_t n, double *factor);
 
+/* G square, zero below its diagonal. */
+void unpack_factor(const double *factor, int32_t n, double *square);
+
 /* x <- x G^-1 and x <- x G^-T for the `count` rows of x, count by n. */
 void solve_factor(const double *factor, int32_t n, int32_t count, double *x);
 void solve_factor_transposed(const double *factor, int32_t n, int32_t count, double *x);

@@ -49,6 +49,7 @@ static void lay_out_reduction(cursor *at, const tug_model *model, int32_t shapes
     r->factor = take(at, factor_size(r->unknowns));
     r->K = take(at, (size_t)header->seen * (size_t)(r->block * r->group_rows));
     r->X = take(at, h * b);
+    r->firmness = header->soft ? model->firmness : NULL;
     r->C = take(at, coupling_size(r));
     r->KF = take(at, turned * h);
     r->FLF = take(at, h * h);
@@ -81,11 +82,13 @@ static cursor lay_out(tug_model *model, double *data, int32_t *indices)
     model->middles = take(&at, m * S * k);
     model->constant = take(&at, m);
     model->smoothness = take(&at, m * m);
+    model->firmness = take(&at, h);
     lay_out_reduction(&at, model, header->shapes, &model->energy);
     model->align = take(&at, G * S * k * k);
     model->H = take(&at, G * S * k * S * k);
     model->stiffness = take(&at, G);
     model->nearness = take(&at, G * h);
+    model->group_weights = take(&at, G * m);
     for (size_t s = 0; s < S; s++) {
         shape_model *shape = model->shape + s;
         lay_out_reduction(&at, model, 0, &shape->energy);

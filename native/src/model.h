@@ -14,9 +14,9 @@
 
 typedef struct model_header {
     int32_t vertices, dimension, shapes, weights, rows, groups;
-    int32_t seen;     /* weight functions that groups see, summed over the groups */
-    int32_t reserved; /* zero: keeps the doubles aligned without padding */
-    double unit;      /* the rest shape's diagonal */
+    int32_t seen; /* weight functions that groups see, summed over the groups */
+    int32_t soft; /* 1: the rows are soft */
+    double unit;  /* the rest shape's diagonal */
 } model_header;
 
 /* One shape alone (the single-shape problems of section 5.2): its dictionary has k + 1 columns a
@@ -41,12 +41,15 @@ struct tug_model {
     double *constant;   /* #W: sum_h constant_h W_h = 1 */
     double *smoothness; /* #W square: S of smoothness.h */
 
+    double *firmness; /* #H: beta of soft rows */
+
     /* The joint problem: V has a block for each pair (g, s). */
     reduction energy;
-    double *align;     /* Q_gs: #G by #S by k by k */
-    double *H;         /* #G by #S k by #S k: (A 19), aligned */
-    double *stiffness; /* #G: tr(H_g00) / k, the weight of the rotation prior */
-    double *nearness;  /* #G by #H: how much a row says about a group's rotation */
+    double *align;         /* Q_gs: #G by #S by k by k */
+    double *H;             /* #G by #S k by #S k: (A 19), aligned */
+    double *stiffness;     /* #G: tr(H_g00) / k, the weight of the rotation prior */
+    double *nearness;      /* #G by #H: how much a row says about a group's rotation */
+    double *group_weights; /* #G by #W: the weight functions' means over the groups */
 
     shape_model *shape; /* #S */
 };
@@ -56,6 +59,10 @@ tug_status model_create(const tug_mesh *mesh, const double *shapes, int32_t shap
                         const int32_t *groups, int32_t group_count, const double *stiffness,
                         double smoothness, const progress_range *range, tug_model **out);
 void model_destroy(tug_model *model);
+
+/* The same with other rows, soft where firmness, #H, is not NULL. */
+tug_status model_change_rows(const tug_model *model, const tug_rows *rows, const double *firmness,
+                             tug_model **out);
 
 /* The group that a row says most about. */
 int32_t nearest_group(const tug_model *model, int32_t row);

@@ -89,7 +89,7 @@ static int header_is_sane(const model_header *header, size_t size)
         }
     }
     return (header->dimension == 2 || header->dimension == 3) && header->unit > 0.0 &&
-           isfinite(header->unit) && header->reserved == 0 &&
+           isfinite(header->unit) && (header->soft == 0 || header->soft == 1) &&
            largest_array(header) <= (double)(size / sizeof(double));
 }
 

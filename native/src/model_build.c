@@ -34,24 +34,7 @@ static tug_status find_constant(tug_model *model)
                            "tug_create_model: the weight functions depend on each other");
 }
 
-/* X = rows of D at the constraints, and the constrained values of each shape. */
-static void find_rows(tug_model *model, const tug_rows *rows)
-{
-    const dictionary *D = &model->dictionary;
-    size_t b = (size_t)dictionary_columns(D), k = (size_t)D->dimension, n = (size_t)D->vertices;
-    for (int32_t r = 0; r < rows->count; r++) {
-        for (int32_t e = rows->starts[r]; e < rows->starts[r + 1]; e++) {
-            int32_t v = rows->vertices[e];
-            add_dictionary_row(D, v, rows->values[e], model->energy.X + (size_t)r * b);
-            for (size_t c = 0; c < (size_t)D->shapes * k; c++) {
-                model->shape[c / k].rows[(size_t)r * k + c % k] +=
-                    rows->values[e] * D->shape_columns[c * n + (size_t)v];
-            }
-        }
-    }
-}
-
-static tug_status require_finite(const tug_model *model)
+tug_status require_finite(const tug_model *model)
 {
     for (size_t i = 0; i < model->data_count; i++) {
         if (!isfinite(model->data[i])) {
@@ -72,11 +55,13 @@ static tug_status measure(tug_model *model, const tug_mesh *mesh, const int32_t 
     double *L = allocate(b * b, sizeof *L);
     tug_status status = L != NULL ? TUG_OK : fail_memory();
     if (status == TUG_OK) {
-        status = find_group_constants(model, mesh, groups, rows, stiffness, &first, L);
+        status = find_group_constants(model, mesh, groups, stiffness, &first, L);
     }
     if (status == TUG_OK) {
         add_smoothness(&model->dictionary, model->smoothness, 0,
                        model->header.shapes * model->header.dimension, L);
+        place_stiffness(model);
+        status = find_rows(model, rows);
     }
     if (status == TUG_OK) {
         status = report(&second, "solving for transforms", 0.0);
@@ -100,7 +85,6 @@ static tug_status build_model(tug_model *model, const tug_mesh *mesh, const int3
         status = find_smoothness(mesh, &model->dictionary, smoothness, model->smoothness);
     }
     if (status == TUG_OK) {
-        find_rows(model, rows);
         status = measure(model, mesh, groups, rows, stiffness, parts);
     }
     if (status == TUG_OK) {

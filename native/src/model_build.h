@@ -6,11 +6,20 @@
 #include "model.h"
 
 /* Every group's constants, in the columns that it sees: K and H of the joint problem and of every
- * single shape, each shape's forms, alignment, stiffness and nearness; H stands in C where the
- * groups meet themselves. L: unknowns square, the lower triangle of D^T L D, added to. */
+ * single shape, each shape's forms, alignment, stiffness and mean weights. L: unknowns square, the
+ * lower triangle of D^T L D, added to. */
 tug_status find_group_constants(tug_model *model, const tug_mesh *mesh, const int32_t *groups,
-                                const tug_rows *rows, const double *stiffness,
-                                const progress_range *range, double *L);
+                                const double *stiffness, const progress_range *range, double *L);
+
+/* X = rows of D at the constraints, and the constrained values of each shape: added to zeros. And
+ * how much each row says about each group. */
+tug_status find_rows(tug_model *model, const tug_rows *rows);
+
+/* H where the groups meet themselves in C, before the eliminations. */
+void place_stiffness(tug_model *model);
+
+/* TUG_ERROR_NUMERIC where a number of the model is none. */
+tug_status require_finite(const tug_model *model);
 
 /* The transforms of every shape alone, from its groups' constants and the joint X. */
 tug_status eliminate_shapes(tug_model *model, const progress_range *range);

@@ -10,10 +10,8 @@
 
 typedef struct group_build {
     tug_model *model;
-    const tug_rows *given_rows;
     energy_workspace *energies;
-    group_energy group;    /* of the group at hand; K is the model's own */
-    double *group_weights; /* #W */
+    group_energy group; /* of the group at hand; K is the model's own */
 } group_build;
 
 /* Q_gs: the rotation that best carries group g of shape s onto group g of the rest shape. */
@@ -87,10 +85,9 @@ static void store_shape_group(group_build *w, int32_t g, int32_t s)
 {
     const model_header *header = &w->model->header;
     shape_model *shape = w->model->shape + s;
-    int32_t k = header->dimension, p = header->shapes * k;
-    int32_t columns = group_columns(&shape->energy, g);
+    int32_t k = header->dimension, columns = group_columns(&shape->energy, g);
     size_t joint = (size_t)group_columns(&w->model->energy, g);
-    double *L = group_form(w->model, shape, g), *K = group_rows_of_K(&shape->energy, g), H[9];
+    double *L = group_form(w->model, shape, g), *K = group_rows_of_K(&shape->energy, g);
     for (int32_t i = 0; i < columns; i++) {
         const double *row = w->group.L + (size_t)joint_column(header, s, i) * joint;
         for (int32_t j = 0; j < columns; j++) {
@@ -103,10 +100,6 @@ static void store_shape_group(group_build *w, int32_t g, int32_t s)
             *K++ = row[joint_column(header, s, j)];
         }
     }
-    for (int32_t i = 0; i < k * k; i++) {
-        H[i] = w->group.H[(s * k + i / k) * p + s * k + i % k];
-    }
-    write_block(&shape->energy, g, g, H);
 }
 
 /* Add a group's form to the lower triangle of the whole. */
@@ -128,37 +121,12 @@ static void store_joint_group(group_build *w, int32_t g)
     tug_model *model = w->model;
     int32_t k = model->header.dimension, p = model->header.shapes * k;
     size_t block = (size_t)p * (size_t)p;
-    write_block(&model->energy, g, g, w->group.H);
     memcpy(model->H + (size_t)g * block, w->group.H, block * sizeof(double));
     double sum = 0.0;
     for (int32_t c = 0; c < k; c++) {
         sum += w->group.H[c * p + c];
     }
     model->stiffness[g] = sum / k;
-}
-
-/* How much a row says about a group: inverse to their squared distance as the weights measure it,
- * floored so that no single row decides. */
-static void find_nearness(group_build *w, int32_t g)
-{
-    const tug_rows *rows = w->given_rows;
-    int32_t m = w->model->header.weights;
-    size_t n = (size_t)w->model->header.vertices;
-    find_group_weights(w->energies, g, w->group_weights);
-    for (int32_t r = 0; r < rows->count; r++) {
-        double distance = 0.0, scale = 0.0;
-        for (int32_t h = 0; h < m; h++) {
-            double value = 0.0;
-            for (int32_t e = rows->starts[r]; e < rows->starts[r + 1]; e++) {
-                value += rows->values[e] *
-                         w->model->weight_columns[(size_t)h * n + (size_t)rows->vertices[e]];
-            }
-            double difference = value - w->group_weights[h];
-            distance += difference * difference;
-            scale += value * value;
-        }
-        w->model->nearness[g * rows->count + r] = 1.0 / (distance + 0.1 * scale + 1e-12);
-    }
 }
 
 static int allocate_groups(group_build *w)
@@ -170,8 +138,7 @@ static int allocate_groups(group_build *w)
     }
     w->group.L = allocate(most * most, sizeof(double));
     w->group.H = allocate(p * p, sizeof(double));
-    w->group_weights = allocate((size_t)w->model->header.weights, sizeof(double));
-    return w->group.L && w->group.H && w->group_weights;
+    return w->group.L && w->group.H;
 }
 
 static tug_status find_all(group_build *w, const progress_range *range, double *L)
@@ -193,16 +160,15 @@ static tug_status find_all(group_build *w, const progress_range *range, double *
         }
         store_joint_group(w, g);
         add_group_form(model, g, w->group.L, L);
-        find_nearness(w, g);
+        find_group_weights(w->energies, g, model->group_weights + g * model->header.weights);
     }
     return TUG_OK;
 }
 
 tug_status find_group_constants(tug_model *model, const tug_mesh *mesh, const int32_t *groups,
-                                const tug_rows *rows, const double *stiffness,
-                                const progress_range *range, double *L)
+                                const double *stiffness, const progress_range *range, double *L)
 {
-    group_build w = {.model = model, .given_rows = rows};
+    group_build w = {.model = model};
     tug_status status = allocate_groups(&w) ? TUG_OK : fail_memory();
     if (status == TUG_OK) {
         status = energy_workspace_create(mesh, &model->dictionary, groups, model->header.groups,
@@ -214,6 +180,5 @@ tug_status find_group_constants(tug_model *model, const tug_mesh *mesh, const in
     energy_workspace_destroy(w.energies);
     release(w.group.L);
     release(w.group.H);
-    release(w.group_weights);
     return status;
 }

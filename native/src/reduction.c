@@ -136,24 +136,46 @@ static void solve_transforms(const reduction *r, int32_t k, double *work, double
     }
 }
 
+/* (X T)_i. */
+static void place_row(const reduction *r, int32_t i, const double *T, int32_t k, double *placed)
+{
+    const double *row = r->X + (size_t)i * (size_t)r->unknowns;
+    double sum[3] = {0.0, 0.0, 0.0};
+    for (int32_t j = 0; j < r->unknowns; j++) {
+        for (int32_t a = 0; a < k && row[j] != 0.0; a++) { /* most are zero */
+            sum[a] += row[j] * T[j * k + a];
+        }
+    }
+    memcpy(placed, sum, (size_t)k * sizeof *placed);
+}
+
 void recover_transforms(const reduction *r, const double *V, const double *Y, int32_t k,
                         double *work, double *T)
 {
     size_t b = (size_t)r->unknowns;
     apply_transposed_K(r, V, k, work, T);
     solve_transforms(r, k, work, T);
-    double *missing = work + b * (size_t)k; /* Y - X T */
-    for (int32_t i = 0; i < r->rows; i++) {
-        const double *row = r->X + (size_t)i * b;
-        double sum[3] = {0.0, 0.0, 0.0};
-        for (size_t j = 0; j < b; j++) {
-            for (size_t a = 0; a < (size_t)k && row[j] != 0.0; a++) { /* most are zero */
-                sum[a] += row[j] * T[j * (size_t)k + a];
-            }
-        }
+    double *missing = work + b * (size_t)k; /* Y - X T; Z is M^-1 where rows are soft */
+    memcpy(missing, Y, (size_t)(r->rows * k) * sizeof *missing);
+    for (int32_t i = 0; i < r->rows && r->firmness == NULL; i++) {
+        double placed[3];
+        place_row(r, i, T, k, placed);
         for (int32_t a = 0; a < k; a++) {
-            missing[i * k + a] = Y[i * k + a] - sum[a];
+            missing[i * k + a] -= placed[a];
         }
     }
     add_thin_product_tn(r->rows, r->unknowns, k, r->F, missing, T);
+}
+
+double soft_row_energy(const reduction *r, int32_t row, const double *T, const double *Y, int32_t k)
+{
+    double placed[3], squares = 0.0;
+    if (r->firmness == NULL) {
+        return 0.0;
+    }
+    place_row(r, row, T, k, placed);
+    for (int32_t a = 0; a < k; a++) {
+        squares += (placed[a] - Y[row * k + a]) * (placed[a] - Y[row * k + a]);
+    }
+    return r->firmness[row] * squares;
 }

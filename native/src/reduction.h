@@ -3,7 +3,9 @@
  *
  * The energy is 1/2 tr(T^T L T) - tr(N^T T) + 1/2 tr(V H V^T) with N = K^T V^T, where V stacks
  * blend weight times rotation, k by `turned`; T is bound by X T = Y. Its minimiser is T = Z N + F
- * Y, and what is left is a quadratic form in V and Y of constant matrices.
+ * Y, and what is left is a quadratic form in V and Y of constant matrices. Where rows are soft, the
+ * energy has 1/2 sum_r beta_r |(X T - Y)_r|^2 in place of the bound, with B = diag(beta), and
+ * M = L + X^T B X, Z = M^-1, F = Z X^T B.
  *
  * L, K and X have a block of columns for every weight function. Group g has `group_rows` rows of K,
  * which are zero but in the columns of the functions in its support. Z is not stored: with the
@@ -27,10 +29,11 @@ typedef struct reduction {
     double *factor;             /* of the scaled M in the independent unknowns */
     double *K;                  /* #G by group_rows by support times block */
     double *X;                  /* rows by unknowns */
+    double *firmness;           /* rows: beta of soft ones, or NULL where all are pinned */
     double *C;                  /* H - K Z K^T, see read_block */
     double *KF;                 /* turned by rows */
-    double *FLF;                /* rows by rows: F^T L F */
-    double *F;                  /* rows by unknowns: F^T */
+    double *FLF; /* rows by rows: F^T L F; B - B X F for soft rows: the energy of Y without V */
+    double *F;   /* rows by unknowns: F^T */
 } reduction;
 
 /* Doubles of C. Square: turned by turned. Else by blocks of two groups g <= h, k by k by #S by #S,
@@ -49,6 +52,10 @@ double *group_rows_of_K(const reduction *r, int32_t g);
  * written. */
 void read_block(const reduction *r, int32_t g, int32_t h, double *block);
 void write_block(reduction *r, int32_t g, int32_t h, const double *block);
+
+/* The lower triangle of the L that `r` was made from, in its independent unknowns and zero in the
+ * others. O(unknowns^3). */
+tug_status restore_form(const reduction *r, double *L);
 
 /* The first half of the elimination: all but C and KF, from K and X. L: unknowns by unknowns, its
  * lower triangle; overwritten. TUG_ERROR_HANDLES where the rows of X depend on each other.
@@ -70,6 +77,10 @@ static inline size_t recovery_size(const reduction *r, int32_t k)
 {
     return (size_t)(2 * r->unknowns + r->rows) * (size_t)k;
 }
+
+/* beta_r |(X T - Y)_r|^2, twice what a soft row adds to the energy. */
+double soft_row_energy(const reduction *energy, int32_t row, const double *T, const double *Y,
+                       int32_t k);
 
 /* T = Z K^T V^T + F Y, unknowns by k. V: turned by k, its blocks the transposes of blend weight
  * times rotation. */

@@ -78,7 +78,7 @@ static void start_blend(tug_solver *solver)
     }
 }
 
-/* T from V. Returns the energy of the springs. */
+/* T from V. Returns the energy of springs and soft rows. */
 static double find_transforms(tug_solver *solver)
 {
     int32_t k = solver->model->header.dimension;
@@ -89,6 +89,7 @@ static double find_transforms(tug_solver *solver)
     double springs = 0.0;
     for (int32_t r = 0; r < solver->model->header.rows; r++) {
         springs += 0.5 * spring_energy(solver->held, r, solver->placed, solver->Y, k);
+        springs += 0.5 * soft_row_energy(joint_energy(solver), r, solver->T, solver->placed, k);
     }
     return springs;
 }

@@ -270,6 +270,21 @@ static int call_create_minimal(bench *b)
     return create_solver(b, TUG_FORM_MINIMAL, 0);
 }
 
+static int call_change_rows(bench *b)
+{
+    tug_rows rows = {b->f.row_starts, b->f.row_vertices, b->f.row_values, b->f.rows};
+    double firmness[MAX_WEIGHTS];
+    tug_model *model = (tug_model *)&rubbish;
+    for (int32_t r = 0; r < b->f.rows; r++) {
+        firmness[r] = 1.0;
+    }
+    tug_status status = tug_change_rows(b->model, &rows, firmness, &model);
+    if (status == TUG_OK) {
+        tug_destroy_model(model);
+    }
+    return status == TUG_OK || model == NULL ? (int)status : CHANGED;
+}
+
 static int call_minimise_blend(bench *b)
 {
     const double Q[] = {2, 0, 0, 1}, c[] = {0, 0}, d[] = {1, 2};
@@ -371,6 +386,7 @@ SWEEP(allocations, create_trust_region)
 SWEEP(allocations, create_average)
 SWEEP(allocations, create_minimal)
 SWEEP(allocations, set_firmness)
+SWEEP(allocations, change_rows)
 SWEEP(allocations, minimise_blend)
 SWEEP_CANCEL(compute_weights)
 SWEEP_CANCEL(compute_eigenfunctions)
@@ -420,6 +436,7 @@ int main(int argc, char **argv)
     RUN(create_average_fails_cleanly);
     RUN(create_minimal_fails_cleanly);
     RUN(set_firmness_fails_cleanly);
+    RUN(change_rows_fails_cleanly);
     RUN(minimise_blend_fails_cleanly);
     RUN(compute_weights_stops_cleanly);
     RUN(compute_eigenfunctions_stops_cleanly);
