@@ -393,9 +393,9 @@ typedef struct tug_solve_info {
     /* (A 10), with springs, orientations and, in the steady form, priors below the root; in units
      * of length. In the three forms of Shtern et al. `energy`, with springs and priors. */
     double objective;
-    double energy; /* E_d of (A 9), or (F 9) or (F 12) */
-    double gap;    /* of the last (A 20): the objective is at most this far above its optimum, up
-                      to its rounding */
+    double energy;   /* E_d of (A 9), or (F 9) or (F 12) */
+    double gap;      /* of the last (A 20): the objective is at most this far above its optimum, up
+                        to its rounding */
     double residual; /* how far the last round would have turned a rotation; radians */
     double increase; /* largest rise of the objective in a round: rounding, but in the paper's
                         form */

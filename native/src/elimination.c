@@ -18,18 +18,20 @@ static const double RANK_TOLERANCE = 1e-12;
  */
 static const double ROW_TOLERANCE = 1e-12;
 
-/* What M has of the squares of each row: beta, or rho, with which X^T X is as large as L. trace: of
- * L. out: rows by unknowns, X times the roots. */
-static void weigh_rows(const reduction *r, double trace, double *out)
+/* X^T B X, or rho X^T X with which it is as large as L, is the result times out^T out. trace: of L.
+ * out: rows by unknowns. */
+static double weigh_rows(const reduction *r, double trace, double *out)
 {
     size_t b = (size_t)r->unknowns, h = (size_t)r->rows;
-    double squares = dot(r->X, r->X, h * b), rho = squares > 0.0 ? trace / squares : 0.0;
-    for (size_t i = 0; i < h; i++) {
-        double root = sqrt(r->firmness != NULL ? r->firmness[i] : rho);
-        for (size_t j = 0; j < b; j++) {
-            out[i * b + j] = root * r->X[i * b + j];
-        }
+    memcpy(out, r->X, h * b * sizeof *out);
+    if (r->firmness == NULL) {
+        double squares = dot(r->X, r->X, h * b);
+        return squares > 0.0 ? trace / squares : 0.0;
     }
+    for (size_t i = 0; i < h * b; i++) {
+        out[i] *= sqrt(r->firmness[i / b]);
+    }
+    return 1.0;
 }
 
 /* L alone does not see translations; X^T X does, and adding it changes nothing under X T = Y. The
@@ -46,8 +48,8 @@ static void make_definite(double *M, const reduction *r, double *diagonal, doubl
             M[i * b + j] = M[j * b + i];
         }
     }
-    weigh_rows(r, trace, X);
-    add_upper_gram(r->unknowns, r->rows, 1.0, X, M);
+    double weight = weigh_rows(r, trace, X);
+    add_upper_gram(r->unknowns, r->rows, weight, X, M);
     for (size_t i = 0; i < b; i++) {
         double own = M[i * b + i];
         r->scale[i] = own > 0.0 ? 1.0 / sqrt(own) : 0.0;
@@ -76,12 +78,13 @@ static void multiply_factor(const reduction *r, double *G, double *P, double *L)
     }
 }
 
-/* L <- L - X^T X in the lower triangle. product: unknowns square. */
-static void take_rows(const reduction *r, const double *X, double *product, double *L)
+/* L <- L - weight X^T X in the lower triangle. product: unknowns square. */
+static void take_rows(const reduction *r, double weight, const double *X, double *product,
+                      double *L)
 {
     size_t b = (size_t)r->unknowns;
     memset(product, 0, b * b * sizeof *product);
-    add_upper_gram(r->unknowns, r->rows, 1.0, X, product);
+    add_upper_gram(r->unknowns, r->rows, weight, X, product);
     for (size_t i = 0; i < b; i++) {
         for (size_t j = 0; j <= i; j++) {
             L[i * b + j] -= product[j * b + i];
@@ -101,13 +104,13 @@ tug_status restore_form(const reduction *r, double *L)
             trace += r->scale[i] > 0.0 ? 0.5 / (r->scale[i] * r->scale[i]) : 0.0;
         }
         multiply_factor(r, G, P, L);
-        weigh_rows(r, trace, X);
+        double weight = weigh_rows(r, trace, X);
         for (size_t i = rank; i < b; i++) {
             for (size_t row = 0; row < h; row++) {
                 X[row * b + (size_t)r->pivots[i]] = 0.0;
             }
         }
-        take_rows(r, X, P, L);
+        take_rows(r, weight, X, P, L);
     }
     release(G);
     release(P);
