@@ -347,6 +347,13 @@ FUNCTIONS: dict[str, tuple] = {
         *(Status, POINTER(tug_solver), Matrix, Rotations),
         POINTER(tug_solve_info),
     ),
+    # tug_status tug_find_rotations(const tug_mesh *mesh, const double *shapes,
+    #                               int32_t shape_count, const int32_t *groups,
+    #                               int32_t group_count, const double *positions,
+    #                               double *rotations);
+    "tug_find_rotations": (
+        *(Status, POINTER(tug_mesh), Stack, c_int32, Indices, c_int32, Matrix, Rotations),
+    ),
     # tug_status tug_pose(tug_solver *solver, const double *targets, const double *blend,
     #                     const double *rotations);
     "tug_pose": (Status, POINTER(tug_solver), Matrix, Matrix, Rotations),

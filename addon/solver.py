@@ -139,11 +139,9 @@ class Model(Owner):
         smoothness: float = 0.0,
         progress: Progress | None = None,
     ) -> None:
-        shapes = _shapes(mesh, shapes)
+        shapes = as_shapes(mesh, shapes)
         weights = as_matrix(weights, np.float64, rows=mesh.vertex_count)
-        groups = np.ascontiguousarray(groups, np.int32)
-        if groups.shape != (mesh.triangle_count,):
-            raise ValueError(f"groups must be #F = {mesh.triangle_count} numbers")
+        groups = as_groups(mesh, groups)
         if stiffness is not None:
             stiffness = _fitting("stiffness", stiffness, mesh.triangle_count)
         factors = None if stiffness is None else stiffness.ctypes.data_as(POINTER(ctypes.c_double))
@@ -344,7 +342,7 @@ def find_skeleton(
 
     Options, each with the library's default: smoothness, tolerance, max_rounds.
     """
-    shapes = _shapes(mesh, shapes)
+    shapes = as_shapes(mesh, shapes)
     given, info = native.tug_skeleton_options(), native.tug_skeleton_info()
     native.library().tug_default_skeleton_options(byref(given))
     set_options(given, options)
@@ -515,13 +513,20 @@ def solve_elastic_net(
     return T, ElasticNetInfo(**fields_of(info))
 
 
-def _shapes(mesh: Mesh, shapes: np.ndarray) -> np.ndarray:
+def as_shapes(mesh: Mesh, shapes: np.ndarray) -> np.ndarray:
     shapes = np.ascontiguousarray(shapes, np.float64)
     if shapes.ndim != 3 or shapes.shape[1:] != (mesh.vertex_count, mesh.dimension):
         raise ValueError(
             f"shapes must be #S by {mesh.vertex_count} by {mesh.dimension}, not {shapes.shape}"
         )
     return shapes
+
+
+def as_groups(mesh: Mesh, groups: np.ndarray) -> np.ndarray:
+    groups = np.ascontiguousarray(groups, np.int32)
+    if groups.shape != (mesh.triangle_count,):
+        raise ValueError(f"groups must be #F = {mesh.triangle_count} numbers")
+    return groups
 
 
 def _fitting(name: str, array: np.ndarray, *shape: int) -> np.ndarray:

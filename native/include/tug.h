@@ -445,6 +445,15 @@ TUG_API tug_status tug_solve(tug_solver *solver, const double *targets, tug_solv
 TUG_API tug_status tug_solve_from(tug_solver *solver, const double *targets,
                                   const double *rotations, tug_solve_info *info);
 
+/* The rotations of any pose, to start a solve from: for every group and shape the one that best
+ * carries the shape's edges to the pose's, (A 22-23), whatever the size of the pose. shapes: #S by
+ * #V by k. groups: #F. positions: #V by k. rotations: #G by #S by k by k. O(#F #S); allocates
+ * nothing. */
+TUG_API tug_status tug_find_rotations(const tug_mesh *mesh, const double *shapes,
+                                      int32_t shape_count, const int32_t *groups,
+                                      int32_t group_count, const double *positions,
+                                      double *rotations);
+
 /* The pose of least E_d for handle positions, a blend and rotations, in place of a solve: to mix
  * the blends and rotations of several solves, over time or between two poses. Rows are held as
  * firmly as set; orientations do not count. targets: #H by k. blend: #G by #S, not negative, rows

@@ -7,6 +7,7 @@
 #include "forms.h"
 #include "groups.h"
 #include "medoids.h"
+#include "pose_rotations.h"
 #include "rotation.h"
 #include "skeleton/skeleton.h"
 #include "solver.h"
@@ -518,6 +519,30 @@ tug_status tug_solve_from(tug_solver *solver, const double *targets, const doubl
         solver_solve(solver, targets, rotations, info != NULL ? info : &own);
     }
     return status;
+}
+
+tug_status tug_find_rotations(const tug_mesh *mesh, const double *shapes, int32_t shape_count,
+                              const int32_t *groups, int32_t group_count, const double *positions,
+                              double *rotations)
+{
+    REQUIRE_POINTER("tug_find_rotations", mesh);
+    REQUIRE_POINTER("tug_find_rotations", shapes);
+    REQUIRE_POINTER("tug_find_rotations", groups);
+    REQUIRE_POINTER("tug_find_rotations", positions);
+    REQUIRE_POINTER("tug_find_rotations", rotations);
+    REQUIRE(shape_count > 0, "tug_find_rotations: there are no shapes");
+    REQUIRE(group_count > 0, "tug_find_rotations: there are no edge groups");
+    for (int32_t t = 0; t < mesh->triangle_count; t++) {
+        REQUIRE(groups[t] >= 0 && groups[t] < group_count,
+                "tug_find_rotations: triangle %d is in group %d of %d", t, groups[t], group_count);
+    }
+    size_t count = (size_t)mesh->vertex_count * (size_t)mesh->dimension;
+    ptrdiff_t bad = find_not_finite(shapes, (size_t)shape_count * count);
+    REQUIRE(bad < 0, "tug_find_rotations: coordinate %td of the shapes is not finite", bad);
+    bad = find_not_finite(positions, count);
+    REQUIRE(bad < 0, "tug_find_rotations: coordinate %td of the positions is not finite", bad);
+    find_pose_rotations(mesh, shapes, shape_count, groups, group_count, positions, rotations);
+    return TUG_OK;
 }
 
 tug_status tug_pose(tug_solver *solver, const double *targets, const double *blend,

@@ -780,6 +780,31 @@ static void solver_calls_refuse(void)
     tug_destroy_model(model);
 }
 
+static void tug_find_rotations_refuses(void)
+{
+    fixture f;
+    make_strip(&f);
+    tug_mesh *mesh = make_mesh(&f);
+    double R[4 * MAX_PAIRS] = {-7.0};
+    double *x = f.shape;
+    int32_t *g = f.group, S = f.shapes, G = f.groups;
+    CHECK(REFUSED(tug_find_rotations, NULL, x, S, g, G, x, R));
+    CHECK(REFUSED(tug_find_rotations, mesh, NULL, S, g, G, x, R));
+    CHECK(REFUSED(tug_find_rotations, mesh, x, S, NULL, G, x, R));
+    CHECK(REFUSED(tug_find_rotations, mesh, x, S, g, G, NULL, R));
+    CHECK(REFUSED(tug_find_rotations, mesh, x, S, g, G, x, NULL));
+    CHECK(REFUSED(tug_find_rotations, mesh, x, 0, g, G, x, R));
+    CHECK(REFUSED(tug_find_rotations, mesh, x, S, g, 0, x, R));
+    CHECK(REFUSED(tug_find_rotations, mesh, x, S, g, G - 1, x, R));
+    x[coordinate_count(&f) + 1] = NAN;
+    CHECK(REFUSED(tug_find_rotations, mesh, x, S, g, G, x, R));
+    x[coordinate_count(&f) + 1] = 0.0;
+    x[1] = INFINITY;
+    CHECK(REFUSED(tug_find_rotations, mesh, x + coordinate_count(&f), 1, g, G, x, R));
+    CHECK(R[0] == -7.0);
+    tug_destroy_mesh(mesh);
+}
+
 static void tug_minimise_blend_refuses(void)
 {
     double Q[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, c[4] = {0}, d[4] = {0};
@@ -851,6 +876,7 @@ int main(int argc, char **argv)
     RUN(model_calls_refuse);
     RUN(tug_create_solver_refuses);
     RUN(solver_calls_refuse);
+    RUN(tug_find_rotations_refuses);
     RUN(tug_minimise_blend_refuses);
     RUN(destroying_nothing_is_allowed);
     RUN(library_tells_its_version);
