@@ -37,10 +37,11 @@ def average(window: Sequence[Solution], smoothing: float) -> Solution:
     blend = sum(w * one.blend for w, one in zip(weights, window, strict=True))
     rotations = sum(w * one.rotations for w, one in zip(weights, window, strict=True))
     blend /= blend.sum(axis=1, keepdims=True)
-    return Solution(window[middle].targets, blend, _closest_rotations(rotations))
+    return Solution(window[middle].targets, blend, closest_rotations(rotations))
 
 
-def _closest_rotations(matrices: np.ndarray) -> np.ndarray:
+def closest_rotations(matrices: np.ndarray) -> np.ndarray:
+    """Rotations (... by k by k) closest to matrices in the sum of squares."""
     left, _, right = np.linalg.svd(matrices)
     left[..., -1] *= np.sign(np.linalg.det(left @ right))[..., None]
     return left @ right

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is posed, whatever holds it: all of a model but its rows.
+
+Fitting to data needs several sets of rows on the same shapes. A Body keeps what they share; every
+function that takes one works with its dictionary and with the energy that its options name.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .geometry import Mesh, Rows
+from .native import Progress
+from .solver import (
+    Model,
+    Solver,
+    cluster_by_eigenfunctions,
+    cluster_triangles,
+    compute_eigenfunctions,
+)
+
+FUNCTIONS = 15  # eigenfunctions where no weights are given, as in F's experiments
+GROUPS_PER_FUNCTION = 2  # edge groups where none are given
+
+
+class Body:
+    """Shapes of a mesh, weights and groups.
+
+    shapes: #S by #V by k, the rest shape first. triangles: #F by 3. weights: #V by #W; the first
+    eigenfunctions where they are None. groups: #F; clusters of the weights where they are None.
+    Options are those of Solver, `form` for one. A fraction of a second at 20,000 vertices.
+    """
+
+    def __init__(
+        self,
+        shapes: np.ndarray,
+        triangles: np.ndarray,
+        *,
+        weights: np.ndarray | None = None,
+        groups: np.ndarray | None = None,
+        stiffness: np.ndarray | None = None,
+        progress: Progress | None = None,
+        **options: float,
+    ) -> None:
+        self.shapes = np.ascontiguousarray(shapes, np.float64)
+        if self.shapes.ndim != 3 or not len(self.shapes):
+            raise ValueError(f"shapes must be #S by #V by k, not {self.shapes.shape}")
+        if not np.isfinite(self.shapes).all():
+            raise ValueError("the shapes have coordinates that are not finite: repair them first")
+        self.mesh = Mesh(self.shapes[0], triangles)
+        if report := self._errors():
+            raise ValueError(report)
+        self.triangles = np.ascontiguousarray(triangles, np.int32)
+        self.weights, self.groups = weights, groups
+        if weights is None:
+            self._take_eigenfunctions(progress)
+        elif groups is None:
+            self.groups = cluster_triangles(
+                self.mesh, weights, GROUPS_PER_FUNCTION * weights.shape[1], progress=progress
+            )
+        self.stiffness, self.options = stiffness, options
+
+    @property
+    def rest(self) -> np.ndarray:
+        """#V by k."""
+        return self.shapes[0]
+
+    def solver(self, rows: Rows, progress: Progress | None = None) -> Solver:
+        """A solver that holds the body by these rows. O(#V (#W #S k)^2), less than a second."""
+        with Model(
+            *(self.mesh, self.shapes, self.weights, rows, self.groups),
+            stiffness=self.stiffness,
+            progress=progress,
+        ) as model:
+            return Solver(model, **self.options)
+
+    def _errors(self) -> str:
+        report = self.mesh.check()
+        return "\n".join(report.text.splitlines()[: report.errors])
+
+    def _take_eigenfunctions(self, progress: Progress | None) -> None:
+        count = min(FUNCTIONS, self.mesh.vertex_count)
+        values, self.weights, _ = compute_eigenfunctions(self.mesh, count, progress=progress)
+        if self.groups is None:
+            self.groups = cluster_by_eigenfunctions(
+                *(self.mesh, values, self.weights, GROUPS_PER_FUNCTION * count), progress=progress
+            )
