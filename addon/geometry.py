@@ -161,6 +161,13 @@ class Rows:
             rows.append(([vertex, *neighbours], [weights.sum(), *values]))
         return cls.combine(rows)
 
+    def of(self, positions: np.ndarray) -> np.ndarray:
+        """What the rows make of positions (#V by k): #H by k."""
+        found = np.zeros((len(self), positions.shape[1]))
+        row = np.repeat(np.arange(len(self)), np.diff(self.starts))
+        np.add.at(found, row, self.values[:, None] * positions[self.vertices])
+        return found
+
     def __len__(self) -> int:
         return len(self.starts) - 1
 

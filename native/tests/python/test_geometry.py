@@ -39,19 +39,13 @@ def sphere(count: int) -> tuple[np.ndarray, np.ndarray]:
     return points, triangles
 
 
-def apply(rows: Rows, values: np.ndarray) -> np.ndarray:
-    """What the rows make of values at the vertices: #H by anything."""
-    ends = zip(rows.starts[:-1], rows.starts[1:], strict=True)
-    return np.array([rows.values[a:b] @ values[rows.vertices[a:b]] for a, b in ends])
-
-
 def test_a_disc_on_a_plane_has_its_middle_for_a_mean():
     vertices, triangles = patch(0.0)
     with Mesh(vertices, triangles) as mesh:
         rows = Rows.discs(mesh, [MIDDLE, MIDDLE, MIDDLE + 1], [0.0, 3.5, 2.0])
         far = mesh.distances([MIDDLE])
     expected = vertices[[MIDDLE, MIDDLE, MIDDLE + 1]]
-    np.testing.assert_allclose(apply(rows, vertices), expected, atol=1e-13)
+    np.testing.assert_allclose(rows.of(vertices), expected, atol=1e-13)
     assert list(rows.vertices[:1]) == [MIDDLE]
     assert set(rows.vertices[rows.starts[1] : rows.starts[2]]) == set(np.flatnonzero(far <= 3.5))
 
@@ -61,7 +55,7 @@ def test_a_disc_weighs_by_area_and_sums_to_one():
     with Mesh(vertices, triangles) as mesh:
         rows, areas = Rows.discs(mesh, [5, MIDDLE], 2.5), mesh.areas()
     ones = np.ones(len(vertices))
-    np.testing.assert_allclose(apply(rows, ones), 1)
+    np.testing.assert_allclose(rows.of(ones[:, None]), 1)
     for start, end in zip(rows.starts[:-1], rows.starts[1:], strict=True):
         shares = rows.values[start:end] / areas[rows.vertices[start:end]]
         np.testing.assert_allclose(shares, shares[0])
@@ -83,7 +77,7 @@ def test_laplacian_coordinates_of_linear_functions_are_zero_inside_a_plane():
         rows = Rows.laplacian(mesh, inner)
     assert len(rows) == len(inner)
     linear = vertices @ np.random.default_rng(2).normal(size=(3, 4)) + 7.0
-    np.testing.assert_allclose(apply(rows, linear), 0, atol=1e-11)
+    np.testing.assert_allclose(rows.of(linear), 0, atol=1e-11)
 
 
 def test_laplacian_coordinates_of_a_sphere_are_twice_its_normals():
@@ -91,7 +85,7 @@ def test_laplacian_coordinates_of_a_sphere_are_twice_its_normals():
     with Mesh(points, triangles) as mesh:
         rows, normals = Rows.laplacian(mesh, range(len(points))), mesh.normals(points)
     np.testing.assert_allclose(normals, points, atol=0.01)
-    np.testing.assert_allclose(apply(rows, points), 2 * points, atol=0.1)
+    np.testing.assert_allclose(rows.of(points), 2 * points, atol=0.1)
 
 
 def test_laplacian_rows_are_those_of_the_matrix():
@@ -106,7 +100,7 @@ def test_laplacian_rows_are_those_of_the_matrix():
             edge[triangle[c - 2]], edge[triangle[c - 1]] = 1, -1
             L += weight[c] * np.outer(edge, edge)
     assert len(rows) == 3
-    np.testing.assert_allclose(apply(rows, np.eye(60)), (L / areas[:, None])[[7, 3, 7]], atol=1e-12)
+    np.testing.assert_allclose(rows.of(np.eye(60)), (L / areas[:, None])[[7, 3, 7]], atol=1e-12)
 
 
 def test_laplacian_of_a_vertex_that_is_not_there_is_refused():
