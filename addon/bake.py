@@ -7,14 +7,11 @@ Also a script: `blender -b scene.blend --python-exit-code 1 --python bake.py -- 
 
 from __future__ import annotations
 
-import errno
 import importlib.util
 import math
-import os
 import sys
 from collections import deque
 from collections.abc import Mapping
-from contextlib import ExitStack
 from pathlib import Path
 
 import bpy
@@ -39,13 +36,11 @@ def _package() -> str:
 if __name__ == "__main__":
     sys.exit(importlib.import_module(f"{_package()}.cli").main())
 else:
-    from . import handlers, live, mesh_cache, pc2, rig, shape_keys
+    from . import film, live, pc2, rig, shape_keys
     from .inputs import RigError
     from .native import Progress
     from .smoothing import Solution, average
     from .smoothing import reach as smoothing_reach
-
-NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def bake(
@@ -81,47 +76,13 @@ def bake_rigs(
     """
     if not 0 <= smoothing < math.inf:
         raise RigError(f"the smoothing is {smoothing:g} frames: it must be 0 or more")
-    if last < first:
-        raise RigError(f"there is nothing to bake from frame {first} to {last}")
-    files = {obj: _absolute(path) for obj, path in paths.items()}
-    if len(set(files.values())) < len(files):
-        raise RigError("two rigs would be baked to the same file: rename one of them")
-    for obj in files:
+    for obj in paths:
         live.touch(obj)
         live.current(obj, bpy.context.scene)
-    _write_files(files, range(first, last + 1), smoothing, progress)
-    for obj, path in files.items():
-        mesh_cache.set_up(obj, path, first)
-    return list(files.values())
-
-
-def _write_files(
-    files: Mapping[bpy.types.Object, Path],
-    frames: range,
-    smoothing: float,
-    progress: Progress | None,
-) -> None:
-    count, reach = len(frames), smoothing_reach(smoothing)
-    visited = range(frames.start - reach, frames.stop + reach)
-    scene = bpy.context.scene
-    before, subframe = scene.frame_current, scene.frame_subframe
-    try:
-        with ExitStack() as stack, handlers.paused():
-            films = []
-            for obj, path in files.items():
-                path.parent.mkdir(parents=True, exist_ok=True)
-                writer = pc2.Writer(path, len(obj.data.vertices), frames.start, count)
-                films.append(_Film(obj, stack.enter_context(writer), smoothing))
-            for number, frame in enumerate(visited, 1):
-                scene.frame_set(frame)
-                for film in films:
-                    film.visit(bpy.context.evaluated_depsgraph_get())
-                if progress:
-                    progress(f"frame {frame}", number / len(visited))
-    except OSError as error:
-        raise RigError(_explain(error, files, count)) from error
-    finally:
-        scene.frame_set(before, subframe=subframe)
+    return film.shoot(
+        *(paths, first, last, lambda obj, writer: _Film(obj, writer, smoothing), progress),
+        reach=smoothing_reach(smoothing),
+    )
 
 
 class _Film:
@@ -144,18 +105,3 @@ class _Film:
             mean = average([solution for solution, _ in self.window], self.smoothing)
             positions = rig.shown(self.obj, depsgraph, mean)
             self.writer.write(positions + self.window[self.reach][1])
-
-
-def _absolute(path: str | Path) -> Path:
-    path = os.fspath(path)
-    if path.startswith("//") and not bpy.data.filepath:
-        raise RigError(f"{path} is beside the .blend file, which has not been saved: save it first")
-    return Path(os.path.abspath(bpy.path.abspath(path)))
-
-
-def _explain(error: OSError, files: Mapping[bpy.types.Object, Path], count: int) -> str:
-    names = ", ".join(str(path) for path in files.values())
-    if error.errno in NO_SPACE:
-        size = sum(12 * count * len(obj.data.vertices) for obj in files) / 1e6
-        return f"no space left to bake to {names}: {size:.1f} MB are needed"
-    return f"cannot bake to {names}: {error.strerror}; choose a folder you may write to"
