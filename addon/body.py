@@ -28,7 +28,8 @@ class Body:
 
     shapes: #S by #V by k, the rest shape first. triangles: #F by 3. weights: #V by #W; the first
     eigenfunctions where they are None. groups: #F; clusters of the weights where they are None.
-    Options are those of Solver, `form` for one. A fraction of a second at 20,000 vertices.
+    stiffness and smoothness are those of Model, options those of Solver, `form` for one.
+    O(#V (#W #S k)^2), a second at 20,000 vertices.
     """
 
     def __init__(
@@ -39,6 +40,7 @@ class Body:
         weights: np.ndarray | None = None,
         groups: np.ndarray | None = None,
         stiffness: np.ndarray | None = None,
+        smoothness: float = 0.0,
         progress: Progress | None = None,
         **options: float,
     ) -> None:
@@ -58,20 +60,25 @@ class Body:
             self.groups = cluster_triangles(
                 self.mesh, weights, GROUPS_PER_FUNCTION * weights.shape[1], progress=progress
             )
-        self.stiffness, self.options = stiffness, options
+        self.options = options
+        # One vertex of each part: rows that serve until others take their place.
+        anywhere = Rows.pin(np.unique(self.mesh.components(), return_index=True)[1])
+        self._model = Model(
+            *(self.mesh, self.shapes, self.weights, anywhere, self.groups),
+            stiffness=stiffness,
+            smoothness=smoothness,
+            progress=progress,
+        )
 
     @property
     def rest(self) -> np.ndarray:
         """#V by k."""
         return self.shapes[0]
 
-    def solver(self, rows: Rows, progress: Progress | None = None) -> Solver:
-        """A solver that holds the body by these rows. O(#V (#W #S k)^2), less than a second."""
-        with Model(
-            *(self.mesh, self.shapes, self.weights, rows, self.groups),
-            stiffness=self.stiffness,
-            progress=progress,
-        ) as model:
+    def solver(self, rows: Rows, firmness: np.ndarray | None = None) -> Solver:
+        """A solver that holds the body by these rows: pinned, or softly and as many as wanted where
+        they have a firmness, #H (see tug_change_rows). Some tens of milliseconds."""
+        with self._model.change_rows(rows, firmness) as model:
             return Solver(model, **self.options)
 
     def _errors(self) -> str:

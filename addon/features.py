@@ -46,15 +46,14 @@ class Features:
         scan: Scan,
         points: Sequence[int],
         *,
-        count: int = 3,
+        count: int = 10,
         radius: float = 0.15,
     ) -> Self:
         """Vertices of the body and, in the same order, of the scan, each with the mean positions of
         `count` geodesic discs around it, the largest of `radius` times the root of the body's area.
 
         They tell more than single points do, and the noise of a scan goes out. Around its features
-        the scan must be whole. F has ten discs of eight features; more rows than the dictionary
-        tells apart are an error.
+        the scan must be whole. The defaults are those of F.
         """
         if scan.mesh is None:
             raise ValueError("only a scan with triangles has discs: give the features as points")
@@ -68,10 +67,11 @@ class Features:
         return cls(np.array(vertices, int), places, rows, there.of(scan.points))
 
     def pose(self, body: Body, firmness: float) -> np.ndarray:
-        """#V by 3: the body held by these rows alone. Raises ValueError where they are too few."""
+        """#V by 3: the body held by these rows alone, with this firmness each, or pinned where it
+        is inf. Raises ValueError where they are too few."""
         self._check(body)
-        with body.solver(self.rows) as solver:
-            solver.set_firmness(np.full(len(self.rows), firmness))
+        soft = None if firmness == np.inf else np.full(len(self.rows), firmness)
+        with body.solver(self.rows, soft) as solver:
             solver.solve(self.targets)
             return solver.positions()
 

@@ -3,9 +3,8 @@
 
 A few features give a first pose. From then on every vertex looks for the nearest point of the scan
 that faces the same way, and the body is posed anew with what was found, again and again (iterated
-closest points), while its examples keep it a body. All rows stay the same from round to round:
-the features, and the mean positions of patches of the surface. What a round finds only
-changes the targets of the patches, and how firmly each is held.
+closest points), while its examples keep it a body. What holds it are soft rows (F 5): the features,
+and the mean positions of patches of the surface, each as firmly as its vertices have matches.
 """
 
 from __future__ import annotations
@@ -18,13 +17,13 @@ from .body import Body
 from .features import Features
 from .geometry import Mesh, Rows
 from .matching import OrientedPoints
-from .native import ERROR_HANDLES, Progress, TugError
+from .native import Progress
 from .scan import Scan
-from .solver import Solver
 
-# A patch for which nothing was found stays about where it is unless others pull: far softer than
-# any spring, and firm enough for a part of the mesh of which nothing was found at all.
+# tug_change_rows takes no less: a patch for which nothing was found stays about where it is unless
+# others pull, so that a part of the mesh of which nothing was found at all stays too.
 LOOSE = 1e-6
+FIRMEST = 1e3  # and no more
 
 PATIENCE = 10  # rounds without a shorter move than before
 
@@ -35,29 +34,31 @@ class Settings:
 
     reach: what is farther is not matched, in parts of the root of the body's area. angle: nor what
     faces another way by more, in degrees below 90; None: normals do not matter. vertices: at most
-    so many look for a match. firmness: of a patch whose vertices all have one; features: of the
-    features' rows. patches: so many at most; 0: four for each weight function, what it takes to
-    place each. A fit has converged when a round moves the vertices by less than the tolerance, in
-    the root mean square and the same parts.
+    so many look for a match. patches: into so many they are put together, at most. firmness:
+    beta_lc of (F 10) for a body whose vertices all have a match; features: for each of the
+    features' rows. A fit has converged when a round moves the vertices by less than the tolerance,
+    in the root mean square and parts of the root of the area.
     """
 
     reach: float = 0.1
     angle: float | None = 60.0
     vertices: int = 5000
-    firmness: float = 3.0
+    patches: int = 200
+    firmness: float = 1000.0
     features: float = 10.0
-    patches: int = 0
     tolerance: float = 3e-4
     max_rounds: int = 50
 
     def __post_init__(self) -> None:
-        for name in "reach", "firmness", "features", "tolerance", "vertices":
+        for name in "reach", "vertices", "patches", "firmness", "features", "tolerance":
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name} is {getattr(self, name):g}: it must be above 0")
         if self.angle is not None and not 0 < self.angle < 90:
             raise ValueError(f"the angle is {self.angle:g} degrees: it must be between 0 and 90")
-        if self.patches < 0 or self.max_rounds < 0:
-            raise ValueError("the numbers of patches and of rounds cannot be below 0")
+        if self.features > FIRMEST:
+            raise ValueError(f"features is {self.features:g}: it must be at most {FIRMEST:g}")
+        if self.max_rounds < 0:
+            raise ValueError("the number of rounds cannot be below 0")
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,7 @@ def register(
 
 
 class _Fit:
-    """One body, one scan, and the solver of all rounds."""
+    """One body and one scan."""
 
     def __init__(
         self, body: Body, scan: Scan, features: Features | None, settings: Settings
@@ -113,7 +114,8 @@ class _Fit:
         # The same in every fit, and not along the order of the vertices, which may mean something.
         shuffled = np.random.default_rng(0).permutation(len(self.areas))
         self.looking = np.sort(shuffled[: settings.vertices])
-        self.patch, self.rows, self.solver = self._bind()
+        self.patch = _patches(body.mesh, settings.patches)
+        self.rows = self._rows()
 
     def run(self, positions: np.ndarray, progress: Progress | None) -> Registration:
         """Rounds until the pose stays where it is, or has ceased to come nearer to that: matches
@@ -164,8 +166,9 @@ class _Fit:
         mean = self._sums(vertices, self.areas[vertices, None] * ways)
         mean /= np.where(weight > 0, weight, 1)[:, None]
         there = self.rows.of(positions)[-len(mean) :]
-        share = weight / np.maximum(self._sums(self.looking, self.areas[self.looking]), weight)
-        return self._posed(there + mean, np.maximum(self.settings.firmness * share, LOOSE))
+        part = weight / self.areas[self.looking].sum()
+        firmness = np.clip(self.settings.firmness * part, LOOSE, FIRMEST)
+        return self._posed(there + mean, firmness)
 
     def _posed(self, targets: np.ndarray, firmness: np.ndarray) -> np.ndarray:
         """With targets and firmness of the patches."""
@@ -173,9 +176,9 @@ class _Fit:
             held = np.full(len(self.features.places), self.settings.features)
             targets = np.concatenate([self.features.places, targets])
             firmness = np.concatenate([held, firmness])
-        self.solver.set_firmness(firmness)
-        self.solver.solve(targets)
-        return self.solver.positions()
+        with self.body.solver(self.rows, firmness) as solver:
+            solver.solve(targets)
+            return solver.positions()
 
     def _match(self, surface: OrientedPoints) -> tuple[np.ndarray, np.ndarray]:
         fewer = min(len(surface.points), len(self.scan.points))
@@ -197,23 +200,9 @@ class _Fit:
         np.add.at(sums, self.patch[vertices], values)
         return sums
 
-    def _bind(self) -> tuple[np.ndarray, Rows, Solver]:
-        """The patch of each vertex, all rows and their solver. Where the dictionary does not tell
-        so many patches apart, there are fewer."""
-        wanted = self.settings.patches or 4 * self.body.weights.shape[1]
-        while True:
-            patch = _patches(self.body.mesh, wanted)
-            rows = self._rows(patch)
-            try:
-                return patch, rows, self.body.solver(rows)
-            except TugError as error:
-                if error.code != ERROR_HANDLES or wanted < 4:
-                    raise
-                wanted = 3 * wanted // 4
-
-    def _rows(self, patch: np.ndarray) -> Rows:
+    def _rows(self) -> Rows:
         """Those of the features, then the mean position of each patch."""
-        patches = [np.flatnonzero(patch == number) for number in range(patch.max() + 1)]
+        patches = [np.flatnonzero(self.patch == number) for number in range(self.patch.max() + 1)]
         pins = () if self.features is None else self.features.vertices
         return Rows.combine(
             [([vertex], [1.0]) for vertex in pins]

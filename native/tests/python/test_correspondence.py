@@ -35,7 +35,7 @@ def exhaustive(solver: Solver, points: np.ndarray, groups: list[list[int]]) -> t
     return min(found)
 
 
-@pytest.mark.parametrize("form", [Form.STEADY, Form.PAPER])
+@pytest.mark.parametrize("form", [Form.STEADY, Form.PAPER, Form.CLOSEST])
 @pytest.mark.parametrize("left_out", ["Stepping", "Curled", "Sitting"])
 def test_four_legs_are_told_apart_as_by_trying_all(creature, left_out, form):
     solver, points = posed(creature, left_out, form=form)
