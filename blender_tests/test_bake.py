@@ -35,6 +35,19 @@ def obj():
     return obj
 
 
+def add_swelling_rig(last_frame):
+    """A bound rig on which a key that is no example comes in from frame 1 on."""
+    obj = add_rig()
+    shape = obj.tug.shapes.add()
+    shape.name, shape.use = "Swell", False
+    rig.bind(obj)
+    swell = key(obj, "Swell")
+    for frame, value in ((1, 0.0), (last_frame, 0.9)):
+        swell.value = value
+        swell.keyframe_insert("value", frame=frame)
+    return obj
+
+
 def test_the_modifier_shows_what_the_solver_found_at_every_frame(obj, tmp_path):
     poses = {}
     for frame in range(1, 13):
@@ -99,14 +112,8 @@ def test_smoothing_softens_a_jump_and_keeps_the_handles(obj, tmp_path):
 
 
 def test_smoothing_shows_what_is_added_on_top_of_its_own_frame(tmp_path):
-    obj = add_rig()
-    shape = obj.tug.shapes.add()
-    shape.name, shape.use = "Swell", False
-    rig.bind(obj)
+    obj = add_swelling_rig(last_frame=2)
     swell = key(obj, "Swell")
-    for frame, value in ((1, 0.0), (2, 0.9)):
-        swell.value = value
-        swell.keyframe_insert("value", frame=frame)
     bake.bake(obj, 1, 2, tmp_path / "tube.pc2", smoothing=1)
     _, frames = read_pc2(tmp_path / "tube.pc2")
     added = shape_keys.coordinates(swell) - shape_keys.coordinates(key(obj, "Basis"))
@@ -129,14 +136,7 @@ def test_a_bake_in_a_new_session_is_the_same(obj, tmp_path):
 
 
 def test_keys_that_add_on_top_are_baked(tmp_path):
-    obj = add_rig()
-    shape = obj.tug.shapes.add()
-    shape.name, shape.use = "Swell", False
-    rig.bind(obj)
-    swell = key(obj, "Swell")
-    for frame, value in ((1, 0.0), (10, 0.9)):
-        swell.value = value
-        swell.keyframe_insert("value", frame=frame)
+    obj = add_swelling_rig(last_frame=10)
     bake.bake(obj, 1, 10, tmp_path / "tube.pc2")
     _, frames = read_pc2(tmp_path / "tube.pc2")
     obj.modifiers["Tug Bake"].show_viewport = False

@@ -4,6 +4,7 @@
 #include "rotation.h"
 
 #include <math.h>
+#include <stdio.h>
 
 const int32_t FORMS[] = {TUG_FORM_STEADY, TUG_FORM_PAPER, TUG_FORM_TRUST_REGION, TUG_FORM_MINIMAL,
                          TUG_FORM_NO_ROTATIONS};
@@ -81,6 +82,20 @@ int is_sound(const bench *b)
             sum += b->blend[g * f->shapes + s];
         }
         if (!(fabs(sum - 1.0) < 1e-12)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+int finds_examples(bench *b, double tolerance)
+{
+    for (int32_t s = 0; s < b->f.shapes; s++) {
+        const double *shape = shape_of(&b->f, s);
+        apply_rows(&b->f, shape, b->targets);
+        if (!solve(b) || !is_sound(b) || !b->info.converged ||
+            !(pose_distance(&b->f, b->positions, shape) <= tolerance)) {
+            printf("shape %d is not found again\n", (int)s);
             return 0;
         }
     }

@@ -5,7 +5,8 @@
 
 #include "fixture.h"
 
-/* Every tug_form, those with rotations first, and the settings of choose_settings. */
+/* The forms that find every example again, those with rotations first, and the settings of
+ * choose_settings. */
 enum { FORM_COUNT = 5, TURNING_FORM_COUNT = 4, SETTING_COUNT = 20 };
 extern const int32_t FORMS[FORM_COUNT];
 
@@ -35,6 +36,10 @@ void restart(bench *b);
 
 /* Solve for the targets and ask for everything; 0 where a call fails. */
 int solve(bench *b);
+
+/* Whether the handles of every shape give that shape, to within a part of the diagonal, in sound
+ * and converged solves. */
+int finds_examples(bench *b, double tolerance);
 
 /* Whether the rotations are rotations, and blends and costs are not negative; rows sum to one. */
 int is_sound(const bench *b);

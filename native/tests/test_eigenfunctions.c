@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Eigenfunctions of the Laplace-Beltrami operator: against closed forms, and against L and M added
  * up here from the triangles. */
-#include "fixture.h"
+#include "bench.h"
 #include "mesh.h"
 #include "test.h"
 
@@ -250,27 +250,16 @@ static void the_sign_is_that_of_the_first_large_value(void)
 /* A model takes them as weights, and finds an example again. */
 static void a_model_can_be_made_of_them(void)
 {
-    fixture f;
-    make_tube(&f, 1);
-    tug_mesh *mesh = make_mesh(&f);
-    tug_rows rows = {f.row_starts, f.row_vertices, f.row_values, f.rows};
-    tug_solver_options options;
-    tug_model *model;
-    tug_solver *solver;
-    double targets[3 * MAX_WEIGHTS], positions[MAX_COORDINATES];
+    bench b = {.model = NULL};
+    make_tube(&b.f, 1);
+    tug_mesh *mesh = make_mesh(&b.f);
+    tug_rows rows = {b.f.row_starts, b.f.row_vertices, b.f.row_values, b.f.rows};
+    tug_default_solver_options(&b.options);
     CHECK(compute(mesh, 6, &result_one) == TUG_OK);
-    CHECK(tug_create_model(mesh, f.shape, f.shapes, result_one.functions, 6, &rows, f.group,
-                           f.groups, NULL, 0.0, NULL, NULL, &model) == TUG_OK);
-    tug_default_solver_options(&options);
-    CHECK(tug_create_solver(model, &options, &solver) == TUG_OK);
-    for (int32_t s = 0; s < f.shapes; s++) {
-        apply_rows(&f, shape_of(&f, s), targets);
-        CHECK(tug_solve(solver, targets, NULL) == TUG_OK);
-        CHECK(tug_get_positions(solver, positions) == TUG_OK);
-        CHECK(pose_distance(&f, positions, shape_of(&f, s)) < 1e-4);
-    }
-    tug_destroy_solver(solver);
-    tug_destroy_model(model);
+    CHECK(tug_create_model(mesh, b.f.shape, b.f.shapes, result_one.functions, 6, &rows, b.f.group,
+                           b.f.groups, NULL, 0.0, NULL, NULL, &b.model) == TUG_OK);
+    CHECK(finds_examples(&b, 1e-4));
+    clear(&b);
     tug_destroy_mesh(mesh);
 }
 

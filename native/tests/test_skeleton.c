@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Bones from examples: the whole decomposition on skinned tubes, and its steps one by one. */
-#include "fixture.h"
+#include "bench.h"
 #include "rotation.h"
 #include "skeleton/influences.h"
 #include "skeleton/motions.h"
@@ -214,32 +214,22 @@ static void the_unit_of_length_does_not_matter(void)
 /* Groups of the bones' weights make a model that finds its examples again. */
 static void a_model_can_be_made_of_them(void)
 {
-    fixture f;
-    double weights[5 * MAX_VERTICES], targets[3 * MAX_WEIGHTS], positions[MAX_COORDINATES];
-    int32_t bones, groups[MAX_TRIANGLES], group_count;
+    bench b = {.model = NULL};
+    double weights[5 * MAX_VERTICES];
+    int32_t bones;
     tug_skeleton_info info;
     tug_skeleton_options options = options_of(1e-5, 1e-3, 20);
-    tug_solver_options solver_options;
-    tug_model *model;
-    tug_solver *solver;
-    make_tube(&f, 1);
-    CHECK(find(&f, 5, &options, weights, &bones, &info) == TUG_OK);
-    tug_mesh *mesh = make_mesh(&f);
-    tug_rows rows = {f.row_starts, f.row_vertices, f.row_values, f.rows};
-    CHECK(tug_cluster_triangles(mesh, weights, bones, 8, NULL, NULL, groups, &group_count) ==
+    make_tube(&b.f, 1);
+    tug_default_solver_options(&b.options);
+    CHECK(find(&b.f, 5, &options, weights, &bones, &info) == TUG_OK);
+    tug_mesh *mesh = make_mesh(&b.f);
+    tug_rows rows = {b.f.row_starts, b.f.row_vertices, b.f.row_values, b.f.rows};
+    CHECK(tug_cluster_triangles(mesh, weights, bones, 8, NULL, NULL, b.f.group, &b.f.groups) ==
           TUG_OK);
-    CHECK(tug_create_model(mesh, f.shape, f.shapes, weights, bones, &rows, groups, group_count,
-                           NULL, 0.0, NULL, NULL, &model) == TUG_OK);
-    tug_default_solver_options(&solver_options);
-    CHECK(tug_create_solver(model, &solver_options, &solver) == TUG_OK);
-    for (int32_t s = 0; s < f.shapes; s++) {
-        apply_rows(&f, shape_of(&f, s), targets);
-        CHECK(tug_solve(solver, targets, NULL) == TUG_OK);
-        CHECK(tug_get_positions(solver, positions) == TUG_OK);
-        CHECK(pose_distance(&f, positions, shape_of(&f, s)) < 1e-4);
-    }
-    tug_destroy_solver(solver);
-    tug_destroy_model(model);
+    CHECK(tug_create_model(mesh, b.f.shape, b.f.shapes, weights, bones, &rows, b.f.group,
+                           b.f.groups, NULL, 0.0, NULL, NULL, &b.model) == TUG_OK);
+    CHECK(finds_examples(&b, 1e-4));
+    clear(&b);
     tug_destroy_mesh(mesh);
 }
 

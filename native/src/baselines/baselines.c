@@ -2,26 +2,13 @@
 /* The public calls: argument checks, units, and which method it is. */
 #include "baselines.h"
 
+#include "arguments.h"
 #include "dense.h"
 #include "memory.h"
 #include "method.h"
 
 #include <math.h>
 #include <string.h>
-
-#define REQUIRE(condition, ...)                                                                    \
-    do {                                                                                           \
-        if (!(condition)) {                                                                        \
-            return fail(TUG_ERROR_ARGUMENT, __VA_ARGS__);                                          \
-        }                                                                                          \
-    } while (0)
-
-#define REQUIRE_POINTER(call, pointer) REQUIRE((pointer) != NULL, call ": " #pointer " is NULL")
-
-#define REQUIRE_SIZE(call, thing)                                                                  \
-    REQUIRE((thing)->struct_size == sizeof *(thing),                                               \
-            call ": struct_size of " #thing " is %zu, this library's is %zu",                      \
-            (thing)->struct_size, sizeof *(thing))
 
 static const baseline_method *const methods[] = {
     [TUG_BASELINE_FAST] = &fast_method,
@@ -41,16 +28,6 @@ void tug_baseline_default_options(tug_baseline_options *options)
         .max_rounds = 200,
         .tolerance = 1e-6,
     };
-}
-
-static int all_finite(const double *values, size_t count)
-{
-    for (size_t i = 0; i < count; i++) {
-        if (!isfinite(values[i])) {
-            return 0;
-        }
-    }
-    return 1;
 }
 
 static tug_status check_handles(const tug_baseline_problem *problem)
@@ -100,8 +77,8 @@ static tug_status check_problem(const tug_baseline_problem *problem)
             "tug_baseline_create: a count is not above zero");
     size_t n = (size_t)problem->vertex_count;
     size_t coordinates = n * (size_t)(problem->shape_count * problem->dimension);
-    REQUIRE(all_finite(problem->shapes, coordinates) &&
-                all_finite(problem->weights, n * (size_t)problem->weight_count),
+    REQUIRE(find_not_finite(problem->shapes, coordinates) < 0 &&
+                find_not_finite(problem->weights, n * (size_t)problem->weight_count) < 0,
             "tug_baseline_create: a coordinate or a weight is not finite");
     tug_status status = check_handles(problem);
     return status == TUG_OK ? check_groups(problem) : status;
@@ -221,7 +198,7 @@ tug_status tug_baseline_solve(tug_baseline *baseline, const double *targets,
     REQUIRE_SIZE("tug_baseline_solve", to);
     int32_t k = baseline->mesh->dimension;
     size_t count = (size_t)(baseline->handle_count * k);
-    REQUIRE(all_finite(targets, count), "tug_baseline_solve: a target is not finite");
+    REQUIRE(find_not_finite(targets, count) < 0, "tug_baseline_solve: a target is not finite");
     for (size_t i = 0; i < count; i++) {
         baseline->Y[i] = (targets[i] - baseline->middle[i % (size_t)k]) / baseline->unit;
     }
