@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Print, for rows added to a Cholesky factor and dropped from it: what was done, the size, its
  * microseconds, and those of making the factor anew, by us and by LAPACK. */
-#include "cholesky_update.h"
-#include "dense.h"
+#include "dense/cholesky_update.h"
+#include "dense/dense.h"
 
 #include <stdio.h>
 #include <string.h>

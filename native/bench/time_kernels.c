@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Print, for each of our own dense kernels: its name, its size, its microseconds and OpenBLAS's. */
-#include "dense.h"
+#include "dense/dense.h"
 
 #include <cblas.h>
 #include <stdio.h>

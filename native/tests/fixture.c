@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "fixture.h"
 
-#include "rotation.h"
+#include "dense/rotation.h"
 
 #include <math.h>
 #include <string.h>

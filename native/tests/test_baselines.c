@@ -4,8 +4,8 @@
 #include "baselines/baselines.h"
 
 #include "baselines/features.h"
+#include "dense/rotation.h"
 #include "fixture.h"
-#include "rotation.h"
 #include "test.h"
 
 enum { METHOD_COUNT = 6 };

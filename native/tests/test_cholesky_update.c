@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Factors with rows added and dropped, against the matrices and against factors made anew. */
-#include "cholesky_update.h"
-#include "dense.h"
+#include "dense/cholesky_update.h"
+#include "dense/dense.h"
 #include "fixture.h"
 #include "test.h"
 

@@ -2,8 +2,8 @@
 /* The costs of shapes against single-shape problems solved anew, from sums over the edges of the
  * mesh. */
 #include "bench.h"
-#include "costs.h"
-#include "rotation.h"
+#include "dense/rotation.h"
+#include "solver/costs.h"
 #include "test.h"
 
 enum { MAX_ALONE = MAX_WEIGHTS * 4 };

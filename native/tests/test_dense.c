@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Our own dense kernels, in every order that they treat in another way, against sums written out.
  */
-#include "dense.h"
+#include "dense/dense.h"
 #include "fixture.h"
 #include "test.h"
 

@@ -2,7 +2,7 @@
 /* Eigenfunctions of the Laplace-Beltrami operator: against closed forms, and against L and M added
  * up here from the triangles. */
 #include "bench.h"
-#include "mesh.h"
+#include "mesh/mesh.h"
 #include "test.h"
 
 #include <stdlib.h>

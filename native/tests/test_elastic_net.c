@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Elastic nets held to their optimality conditions, which are found from X, Y and Lambda alone. */
-#include "dense.h"
-#include "elastic_net.h"
+#include "dense/dense.h"
 #include "fixture.h"
 #include "memory.h"
+#include "solver/elastic_net.h"
 #include "test.h"
 
 enum { MAX_ROWS = 40, MAX_UNKNOWNS = 60, COLUMNS = 3 };

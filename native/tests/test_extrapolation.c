@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Where steps are heading: exact for a linear map, nothing for too few steps. */
-#include "extrapolation.h"
+#include "dense/extrapolation.h"
 #include "fixture.h"
 #include "test.h"
 

@@ -3,8 +3,8 @@
  * differences. */
 #include "baselines/features.h"
 
+#include "dense/rotation.h"
 #include "fixture.h"
-#include "rotation.h"
 #include "test.h"
 
 static void logarithms_undo_turns(void)

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Edge groups: triangles clustered by their weights. */
-#include "groups.h"
 #include "memory.h"
-#include "mesh.h"
+#include "mesh/mesh.h"
+#include "model/groups.h"
 
 #include "test.h"
 

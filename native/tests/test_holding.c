@@ -2,8 +2,8 @@
 /* Rows that give way: between pinned and free without a jump, at the least of energy and springs,
  * and examples come back all the same. */
 #include "bench.h"
-#include "costs.h"
 #include "memory.h"
+#include "solver/costs.h"
 #include "test.h"
 
 static int set_all(bench *b, double firmness)

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Many handles of short reach with many shapes: what such a model takes, and that its solves are
  * those of a model that knows nothing of reach or of working sets. */
-#include "contraction.h"
+#include "dense/small_matrix.h"
 #include "memory.h"
-#include "small_matrix.h"
-#include "solver_state.h"
+#include "solver/contraction.h"
+#include "solver/solver_state.h"
 
 #include "fixture.h"
 #include "test.h"

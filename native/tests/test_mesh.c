@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Measures of meshes against closed forms, and every kind of bad mesh with its words. */
 #include "memory.h"
-#include "mesh.h"
+#include "mesh/mesh.h"
 #include "test.h"
 
 #define COUNT(array) ((int32_t)(sizeof(array) / sizeof *(array)))

@@ -2,10 +2,10 @@
 /* The constants of a model against sums over the edges of the mesh. The reduced energy has to be
  * that of the pose it belongs to, and no other pose of the dictionary that keeps the handles may
  * have less. */
-#include "contraction.h"
+#include "dense/rotation.h"
 #include "fixture.h"
-#include "rotation.h"
-#include "solver.h"
+#include "solver/contraction.h"
+#include "solver/solver.h"
 #include "test.h"
 
 enum { MAX_COLUMNS = MAX_WEIGHTS * (1 + 3 * MAX_SHAPES) };

@@ -2,9 +2,9 @@
 /* Handles that say how the surface is turned: the group nearest to them follows, as firmly as it is
  * asked to, and examples and rigid motions are seen as before. */
 #include "bench.h"
+#include "dense/rotation.h"
 #include "memory.h"
-#include "model.h"
-#include "rotation.h"
+#include "model/model.h"
 #include "test.h"
 
 typedef struct oriented_bench {

@@ -2,7 +2,7 @@
 /* Poses against what they promise: examples come back, rigid motions carry over, handles are hit,
  * in every form and from poor models too. */
 #include "bench.h"
-#include "rotation.h"
+#include "dense/rotation.h"
 #include "test.h"
 
 static void examples_come_back(void)

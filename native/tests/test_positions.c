@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Positions against the rows of the dictionary, on meshes of every size around that of a tile. */
 #include "fixture.h"
-#include "solver.h"
+#include "solver/solver.h"
 #include "test.h"
 
 enum { MOST = 40, SHAPES = 2, WEIGHTS = 3, MOST_COLUMNS = WEIGHTS * (1 + 3 * SHAPES) };

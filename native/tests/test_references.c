@@ -3,8 +3,8 @@
  * minimum in rotations, scale and pose, every round lowers them, and the size of the targets comes
  * out. */
 #include "bench.h"
+#include "dense/rotation.h"
 #include "memory.h"
-#include "rotation.h"
 #include "test.h"
 
 enum { NEW_FORM_COUNT = 3 };

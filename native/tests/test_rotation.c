@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Rotations against what defines them: maxima over many others, the exponential's series, finite
  * differences. Every test runs in the plane and in space. */
+#include "dense/rotation.h"
 #include "fixture.h"
-#include "rotation.h"
 #include "test.h"
 
 static const double PI = 3.14159265358979323846;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Newton's method on rotations: its derivatives by finite differences, and where it ends. */
+#include "dense/rotation.h"
 #include "fixture.h"
-#include "rotation.h"
-#include "rotation_fit.h"
+#include "solver/rotation_fit.h"
 #include "test.h"
 
 enum { MAX_GROUPS_HERE = 6, MAX_TURNED = 3 * MAX_GROUPS_HERE };

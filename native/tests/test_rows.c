@@ -3,7 +3,7 @@
  * as one likes. */
 #include "bench.h"
 #include "memory.h"
-#include "model.h"
+#include "model/model.h"
 #include "test.h"
 
 enum { MANY = 60 };

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Bones from examples: the whole decomposition on skinned tubes, and its steps one by one. */
 #include "bench.h"
-#include "rotation.h"
-#include "skeleton/influences.h"
-#include "skeleton/motions.h"
+#include "dense/rotation.h"
+#include "dictionaries/skeleton/influences.h"
+#include "dictionaries/skeleton/motions.h"
 #include "test.h"
 
 enum { true_bones = 3, most_bones = 12 };

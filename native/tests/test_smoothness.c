@@ -3,8 +3,8 @@
  * examples and translations, and what it does to poses. */
 #include "bench.h"
 #include "memory.h"
-#include "model.h"
-#include "smoothness.h"
+#include "model/model.h"
+#include "model/smoothness.h"
 #include "test.h"
 
 enum { FUNCTIONS = 6 };

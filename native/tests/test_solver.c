@@ -2,8 +2,8 @@
 /* What a solver says about its pose, computed anew from the pose; that it converges, and that the
  * past leaves no trace. */
 #include "bench.h"
+#include "dense/rotation.h"
 #include "memory.h"
-#include "rotation.h"
 #include "test.h"
 
 static void energy_is_that_of_the_pose(void)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Sparse systems, blocks of their inverses, and complementarity problems. */
 #include "memory.h"
-#include "sparse.h"
+#include "sparse/sparse.h"
 #include "weights/complementarity.h"
 #include "weights/inverse_block.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Normals and areas of vertices, where they are known by hand and by symmetry. */
 #include "fixture.h"
-#include "mesh.h"
+#include "mesh/mesh.h"
 #include "test.h"
 
 static const double CUBE[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0,

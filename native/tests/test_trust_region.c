@@ -2,8 +2,8 @@
 /* The paper's form made convergent: its derivatives against finite differences, its objective
  * against that of the alternation, which does without either. */
 #include "bench.h"
-#include "moments.h"
-#include "rotation.h"
+#include "dense/rotation.h"
+#include "solver/moments.h"
 #include "test.h"
 
 /* 2 (E_d2 and E_d3 of (A 15) and (A 18)) for the solver's blend and rotations, at moments M. */

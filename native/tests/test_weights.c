@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Bounded biharmonic weights: closed forms, a slow reference, optimality from raw input, errors. */
-#include "dense.h"
+#include "dense/dense.h"
 #include "memory.h"
-#include "mesh.h"
+#include "mesh/mesh.h"
 #include "weights/bounded_biharmonic.h"
 
 #include "test.h"

@@ -2,8 +2,8 @@
 /* The public calls: argument checks, units, and which method it is. */
 #include "baselines.h"
 
-#include "arguments.h"
-#include "dense.h"
+#include "api/arguments.h"
+#include "dense/dense.h"
 #include "memory.h"
 #include "method.h"
 

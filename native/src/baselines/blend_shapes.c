@@ -5,10 +5,10 @@
  *
  * Against the paper: weights are bounded, in place of a penalty on their change from the last
  * frame, so that the pose has no history. */
-#include "blend.h"
-#include "dense.h"
+#include "dense/dense.h"
 #include "memory.h"
 #include "method.h"
+#include "solver/blend.h"
 
 #include <string.h>
 

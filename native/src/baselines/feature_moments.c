@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "feature_moments.h"
 
-#include "dense.h"
+#include "dense/dense.h"
 #include "memory.h"
 
 #include <string.h>

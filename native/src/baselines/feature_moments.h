@@ -4,8 +4,8 @@
 #ifndef TUG_BASELINES_FEATURE_MOMENTS_H
 #define TUG_BASELINES_FEATURE_MOMENTS_H
 
-#include "dictionary.h"
 #include "features.h"
+#include "model/dictionary.h"
 
 typedef struct feature_moments {
     const tug_mesh *mesh;

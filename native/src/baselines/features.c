@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "features.h"
 
+#include "dense/rotation.h"
 #include "memory.h"
-#include "rotation.h"
 
 #include <math.h>
 #include <string.h>

@@ -7,7 +7,7 @@
 #ifndef TUG_BASELINES_FEATURES_H
 #define TUG_BASELINES_FEATURES_H
 
-#include "mesh.h"
+#include "mesh/mesh.h"
 
 typedef struct feature_set {
     int32_t k, elements, shapes;

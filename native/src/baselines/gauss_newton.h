@@ -5,7 +5,7 @@
 #define TUG_BASELINES_GAUSS_NEWTON_H
 
 #include "baselines.h"
-#include "blend.h"
+#include "solver/blend.h"
 
 typedef struct weight_problem {
     int32_t shapes;

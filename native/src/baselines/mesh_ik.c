@@ -12,12 +12,12 @@
  * Against the paper: triangles count by their area; steps are damped where a full one does not lead
  * downhill. A part without a handle is tied to the nearest handle by one vertex, by the blend of
  * their distances. As in the paper, a turn of the whole is no different from any other. */
-#include "dense.h"
+#include "dense/dense.h"
+#include "dense/small_matrix.h"
 #include "features.h"
 #include "gauss_newton.h"
 #include "memory.h"
 #include "method.h"
-#include "small_matrix.h"
 #include "weights/laplacian.h"
 
 #include <float.h>

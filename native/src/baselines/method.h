@@ -4,7 +4,7 @@
 #define TUG_BASELINES_METHOD_H
 
 #include "baselines.h"
-#include "mesh.h"
+#include "mesh/mesh.h"
 
 /* Lengths are in units of the rest shape's diagonal, from the middle of the rest shape. */
 typedef struct baseline_method {

@@ -12,14 +12,14 @@
  * Against the paper: posing without dynamics, as in Figure 2 e of AMRAP; triangles of a surface;
  * the distance is as rigid as possible within an edge group, in place of a strain's; the pose is in
  * Tug's reduced space. The start is the shape of least energy. */
-#include "costs.h"
-#include "dense.h"
+#include "dense/dense.h"
+#include "dense/rotation.h"
 #include "elimination.h"
-#include "energy.h"
 #include "feature_moments.h"
 #include "gauss_newton.h"
 #include "memory.h"
-#include "rotation.h"
+#include "model/energy.h"
+#include "solver/costs.h"
 #include "subspace.h"
 
 #include <math.h>

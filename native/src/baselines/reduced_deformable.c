@@ -12,11 +12,11 @@
  * Against the paper: the controls are the handles' affine transforms with their weight functions,
  * not bones found from the examples; a cluster's gradient is held against all of its triangles
  * rather than one; handles hold exactly. */
-#include "dense.h"
+#include "dense/dense.h"
+#include "dense/rotation.h"
 #include "features.h"
 #include "gauss_newton.h"
 #include "memory.h"
-#include "rotation.h"
 #include "subspace.h"
 
 #include <math.h>

@@ -3,8 +3,8 @@
  * al. 2012 from one rotation for the whole shape, the one that best carries its handles to Y. */
 #include "single_shape.h"
 
+#include "dense/rotation.h"
 #include "memory.h"
-#include "rotation.h"
 #include "subspace.h"
 
 #include <math.h>

@@ -3,8 +3,8 @@
 #ifndef TUG_BASELINES_SINGLE_SHAPE_H
 #define TUG_BASELINES_SINGLE_SHAPE_H
 
-#include "costs.h"
 #include "method.h"
+#include "solver/costs.h"
 
 typedef struct single_shape {
     tug_model *model; /* of this shape and no other; its unit is this shape's diagonal */

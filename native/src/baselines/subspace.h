@@ -4,7 +4,7 @@
 #define TUG_BASELINES_SUBSPACE_H
 
 #include "method.h"
-#include "model.h"
+#include "model/model.h"
 
 /* A model of shapes first to first + count - 1, one row for each handle. */
 tug_status create_subspace(const tug_baseline *baseline, const tug_baseline_problem *problem,

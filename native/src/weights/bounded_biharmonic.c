@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "weights/bounded_biharmonic.h"
 
-#include "dense.h"
+#include "dense/dense.h"
 #include "memory.h"
-#include "mesh.h"
+#include "mesh/mesh.h"
 #include "weights/bounded_problem.h"
 #include "weights/handles.h"
 #include "weights/workers.h"

@@ -4,7 +4,7 @@
  * the last one, which cannot cycle. */
 #include "weights/complementarity.h"
 
-#include "dense.h"
+#include "dense/dense.h"
 #include "memory.h"
 
 #include <math.h>

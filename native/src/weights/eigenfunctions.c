@@ -4,9 +4,9 @@
  * is constant on each component. */
 #include "weights/eigenfunctions.h"
 
-#include "dense.h"
+#include "dense/dense.h"
 #include "memory.h"
-#include "mesh.h"
+#include "mesh/mesh.h"
 #include "weights/krylov.h"
 #include "weights/laplacian.h"
 #include "weights/workers.h"

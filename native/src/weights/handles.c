@@ -2,7 +2,7 @@
 #include "weights/handles.h"
 
 #include "memory.h"
-#include "mesh.h"
+#include "mesh/mesh.h"
 
 #include <math.h>
 #include <string.h>

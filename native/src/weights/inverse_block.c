@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "weights/inverse_block.h"
 
-#include "dense.h"
+#include "dense/dense.h"
 #include "memory.h"
 
 #include <stdlib.h>

@@ -3,7 +3,7 @@
 #ifndef TUG_INVERSE_BLOCK_H
 #define TUG_INVERSE_BLOCK_H
 
-#include "sparse.h"
+#include "sparse/sparse.h"
 
 typedef struct inverse_block inverse_block;
 

@@ -6,7 +6,7 @@
  * from a new start, until a sweep finds nothing that belongs to the result. */
 #include "weights/krylov.h"
 
-#include "dense.h"
+#include "dense/dense.h"
 #include "memory.h"
 
 #include <math.h>

@@ -2,7 +2,7 @@
 #include "weights/laplacian.h"
 
 #include "memory.h"
-#include "mesh.h"
+#include "mesh/mesh.h"
 
 #include <math.h>
 #include <string.h>

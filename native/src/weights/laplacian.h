@@ -3,7 +3,7 @@
 #ifndef TUG_LAPLACIAN_H
 #define TUG_LAPLACIAN_H
 
-#include "sparse.h"
+#include "sparse/sparse.h"
 
 /* L by rows (or columns: it is symmetric), both triangles; positive semidefinite. The mass is
  * divided by the whole area, so that nothing depends on the unit of length. */
