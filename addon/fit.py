@@ -13,11 +13,11 @@ import bpy
 import numpy as np
 
 from . import film, inputs, live, pc2, rig, shape_keys
-from .body import Body
-from .features import Features
 from .inputs import RigError
 from .native import Progress, TugError
-from .registration import Settings, register
+from .registration.body import Body
+from .registration.features import Features
+from .registration.nonrigid import Settings, register
 from .targets import Place, Target, find_pairs, read_features, read_scan
 
 

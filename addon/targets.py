@@ -13,7 +13,7 @@ import bpy
 import numpy as np
 
 from .inputs import RigError
-from .scan import Scan
+from .registration.scan import Scan
 
 NORMAL_ATTRIBUTES = ("normal", "Normal", "N")  # of the points of a cloud
 

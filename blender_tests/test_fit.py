@@ -31,7 +31,7 @@ from support import (
 from addon import rig, shape_keys
 from addon.fit import Dictionary, fit, fit_frames
 from addon.inputs import RigError
-from addon.registration import Settings
+from addon.registration.nonrigid import Settings
 
 ELSEWHERE = Matrix.Translation((3, -2, 1)) @ Matrix.Rotation(1.0, 4, "Y") @ Matrix.Scale(2.0, 4)
 ORDER = np.random.default_rng(0).permutation(len(tube()[0]))

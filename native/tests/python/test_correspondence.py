@@ -8,9 +8,9 @@ from itertools import permutations, product
 import numpy as np
 import pytest
 
-from addon.body import Body
-from addon.correspondence import find_correspondence
 from addon.geometry import Rows
+from addon.registration.body import Body
+from addon.registration.correspondence import find_correspondence
 from addon.solver import Form, Solver
 from sample_scenes import snake
 

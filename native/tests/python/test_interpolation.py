@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addon.body import Body
 from addon.geometry import Rows
 from addon.interpolation import interpolate, power
+from addon.registration.body import Body
 from addon.smoothing import Solution
 from addon.solver import Form, Solver
 from sample_scenes import snake

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from addon.body import Body
-from addon.features import Features
 from addon.geometry import Mesh
-from addon.registration import Registration, Settings, register
-from addon.scan import Scan
+from addon.registration.body import Body
+from addon.registration.features import Features
+from addon.registration.nonrigid import Registration, Settings, register
+from addon.registration.scan import Scan
 from addon.solver import Form, compute_weights
 
 

@@ -7,7 +7,7 @@ from typing import Self
 
 import numpy as np
 
-from .geometry import Mesh
+from ..geometry import Mesh
 
 # Unit lengths may be off by this, after a file of few digits.
 UNIT_TOLERANCE = 1e-2

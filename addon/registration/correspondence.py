@@ -16,8 +16,8 @@ from math import prod
 
 import numpy as np
 
-from .native import ERROR_HANDLES, Progress, TugError
-from .solver import Solver
+from ..native import ERROR_HANDLES, Progress, TugError
+from ..solver import Solver
 
 # Minima are local ones, and the steady form's priors follow the targets: letting a row go may raise
 # the objective after all. By half a percent at most, in every form, on the creature of the sample

@@ -9,8 +9,8 @@ from typing import Self
 
 import numpy as np
 
+from ..geometry import Rows
 from .body import Body
-from .geometry import Rows
 from .scan import Scan
 
 # Of the spread across the line that fits best to that along it, below which points are on a line.

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .geometry import Points
+from ..geometry import Points
 
 
 class OrientedPoints:

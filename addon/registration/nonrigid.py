@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry import Mesh, Rows
+from ..native import Progress
 from .body import Body
 from .features import Features
-from .geometry import Mesh, Rows
 from .matching import OrientedPoints
-from .native import Progress
 from .scan import Scan
 
 # tug_change_rows takes no less: a patch for which nothing was found stays about where it is unless

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .geometry import Mesh, Rows
-from .native import Progress
-from .solver import (
+from ..geometry import Mesh, Rows
+from ..native import Progress
+from ..solver import (
     Model,
     Solver,
     cluster_by_eigenfunctions,
