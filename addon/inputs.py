@@ -48,13 +48,6 @@ class Inputs:
     def pinned(self) -> np.ndarray:
         return self.handles[~self.free]
 
-    def digest(self, weights: np.ndarray, group_count: int) -> str:
-        """Of all that a model depends on."""
-        return digest(
-            *(self.shapes, self.triangles, self.handles, self.free, self.stiffness, weights),
-            np.array([group_count]),
-        )
-
 
 def digest(*arrays: np.ndarray) -> str:
     state = hashlib.blake2b(digest_size=16)

@@ -24,6 +24,51 @@ from .smoothing import Solution
 from .solver import Form, Model, SolveInfo, Solver, cluster_triangles
 
 
+@dataclass(frozen=True)
+class Recipe:
+    """All that a solver is made from, as it is read off an object.
+
+    stored: #V by #W float32 weights as they are stored, or None while there are none. group_count:
+    as asked for.
+    """
+
+    given: Inputs
+    stored: np.ndarray | None
+    group_count: int
+    options: dict[str, float]
+
+    def digest(self) -> str:
+        """Of all that a model depends on."""
+        given, stored = self.given, self.stored
+        return inputs.digest(
+            *(given.shapes, given.triangles, given.handles, given.free, given.stiffness),
+            np.zeros(0) if stored is None else stored,
+            np.array([self.group_count]),
+        )
+
+    def make(self, mesh: Mesh, progress: Progress | None = None) -> Live:
+        """The solver, on any thread. mesh: of the rest shape. May raise TugError."""
+        given = self.given
+        weights = self.stored.astype(np.float64)
+        weights /= weights.sum(axis=1, keepdims=True)
+        groups = cluster_triangles(
+            mesh, weights, self.group_count, progress=part(progress, 0.0, 0.1)
+        )
+        with Model(
+            *(mesh, given.solved_shapes, weights, Rows.pin(given.pinned), groups),
+            stiffness=given.stiffness,
+            progress=part(progress, 0.1, 1.0),
+        ) as model:
+            return Live(
+                solver=Solver(model, **self.options),
+                content=self.digest(),
+                options=self.options,
+                axes=given.axes,
+                rest=given.shapes[0].astype(np.float64),
+                groups=int(groups.max()) + 1,
+            )
+
+
 @dataclass
 class Live:
     """A solver, what it was made from, and a lock: renders ask for poses from a thread of their
@@ -65,35 +110,6 @@ class Live:
 # By session_uid, which survives renaming and undo; a Blender object would not.
 _registry: dict[int, Live] = {}
 _registry_lock = threading.RLock()
-
-
-def make(
-    obj: bpy.types.Object,
-    mesh: Mesh,
-    given: Inputs,
-    stored: np.ndarray,
-    progress: Progress | None = None,
-) -> Live:
-    """A solver for the object as `given` describes it, with weights as they are stored."""
-    weights = stored.astype(np.float64)
-    weights /= weights.sum(axis=1, keepdims=True)
-    wanted = obj.tug.group_count or 2 * len(given.handles)
-    groups = cluster_triangles(mesh, weights, wanted, progress=part(progress, 0.0, 0.1))
-    rows, modelling = Rows.pin(given.pinned), part(progress, 0.1, 1.0)
-    options = solver_options(obj)
-    with Model(
-        *(mesh, given.solved_shapes, weights, rows, groups),
-        stiffness=given.stiffness,
-        progress=modelling,
-    ) as model:
-        return Live(
-            solver=Solver(model, **options),
-            content=given.digest(stored, wanted),
-            options=options,
-            axes=given.axes,
-            rest=given.shapes[0].astype(np.float64),
-            groups=int(groups.max()) + 1,
-        )
 
 
 def current(obj: bpy.types.Object, scene: bpy.types.Scene) -> Live:
@@ -142,6 +158,10 @@ def solver_options(obj: bpy.types.Object) -> dict[str, float]:
     }
 
 
+def group_count(obj: bpy.types.Object, given: Inputs) -> int:
+    return obj.tug.group_count or 2 * len(given.handles)
+
+
 def part(progress: Progress | None, start: float, end: float) -> Progress | None:
     """The stretch of a progress bar that belongs to one of several long calls."""
     if progress is None:
@@ -163,14 +183,13 @@ def _refreshed(obj: bpy.types.Object, live: Live | None) -> Live:
         raise _stale(obj, "its faces were edited")
     given = inputs.gather(obj, inputs.bound_examples(obj), rig.handles)
     stored = inputs.stored_weights(obj, [handle.group for handle in rig.handles])
-    wanted = rig.group_count or 2 * len(given.handles)
-    content = given.digest(stored, wanted)
-    if live and (live.content, live.options) == (content, solver_options(obj)):
+    recipe = Recipe(given, stored, group_count(obj, given), solver_options(obj))
+    if live and (live.content, live.options) == (recipe.digest(), recipe.options):
         live.touched = False
         return live
     try:
         with Mesh(given.solved_shapes[0], given.triangles) as mesh:
-            return make(obj, mesh, given, stored)
+            return recipe.make(mesh)
     except TugError as error:
         raise RigError(f'"{obj.name}" cannot be solved: {error.reason}') from error
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,11 +12,11 @@ import bpy
 import numpy as np
 
 from . import inputs, live, shape_keys, vertex_groups
-from .geometry import Mesh
-from .inputs import Inputs, RigError
+from .inputs import RigError
+from .job import Job
 from .native import Progress, TugError
 from .smoothing import Solution
-from .solver import SolveInfo, compute_weights
+from .solver import SolveInfo
 
 HANDLE_SIZE = 0.03  # of an empty, relative to the diagonal of the mesh
 SAME_PLACE = 1e-5  # relative to the diagonal, for a vertex that an edit of the mesh renumbered
@@ -37,24 +36,6 @@ class BindSummary:
     weights_seconds: float
     model_seconds: float
     solve_seconds: float
-
-
-@dataclass(frozen=True)
-class _Plan:
-    """What a bind is made from."""
-
-    examples: list[str]  # names of keys, Basis first
-    given: Inputs
-    compute: bool  # the weights, rather than to read them
-
-
-@dataclass(frozen=True)
-class _Built:
-    stored: np.ndarray  # weights as the vertex groups hold them
-    live: live.Live
-    pose: np.ndarray
-    warnings: str
-    seconds: list[float]  # for weights, model and first solve
 
 
 def add_handle(obj: bpy.types.Object, vertex: int, name: str) -> bpy.types.Object:
@@ -82,24 +63,58 @@ def bind(obj: bpy.types.Object, progress: Progress | None = None) -> BindSummary
     there. Handles that were deleted are dropped. On an error the scene is as it was. About a second
     at 20,000 vertices.
     """
+    job = plan_bind(obj)
+    job.build(progress)
+    return finish_bind(obj, job)
+
+
+def plan_bind(obj: bpy.types.Object) -> Job:
+    """The first part of a bind: check and read everything, on the main thread. The second, which
+    takes the time, is Job.build, on any thread; finish_bind is the last."""
     inputs.check_object(obj)
-    plan = _plan(obj)
-    try:
-        built = _build(obj, plan, progress)
-    except TugError as error:
-        raise RigError(f'"{obj.name}" cannot be bound: {error.reason}') from error
+    handles = _alive_handles(obj)
+    examples = inputs.ticked(obj)
+    given = inputs.gather(obj, examples, handles, _found_again(obj, handles))
+    stored = None
+    if not _must_compute(obj, handles):
+        stored = inputs.stored_weights(obj, [_group(handle) for handle in handles])
+    return Job(
+        name=obj.name,
+        identity=obj.session_uid,
+        examples=examples,
+        recipe=live.Recipe(given, stored, live.group_count(obj, given), live.solver_options(obj)),
+        follow_nearest=obj.tug.follow_nearest,
+        targets=_targets(obj, handles, bpy.context.evaluated_depsgraph_get()),
+    )
+
+
+def finish_bind(obj: bpy.types.Object, job: Job) -> BindSummary:
+    """The last part of a bind: write what was built, on the main thread.
+
+    Handles may have been pulled meanwhile. Raises RigError, and changes nothing, where anything
+    else about the object is no longer what was read.
+    """
+    now, built = plan_bind(obj), job.built
+    if built is None:
+        raise ValueError("the job has not been built")
+    if not now.agrees_with(job):
+        raise RigError(f'"{obj.name}" was edited while it was being bound: bind it again')
+    pose = built.pose
+    if not np.array_equal(now.targets, job.targets):
+        with _explaining(obj):
+            pose, _ = built.live.pose(now.targets)
     _drop_deleted_handles(obj)
-    _keep_handles(obj, plan, built.stored)
-    _keep_keys(obj, plan.examples, built.pose)
-    _keep_state(obj, plan)
+    _keep_handles(obj, job, built.recipe.stored)
+    _keep_keys(obj, job.examples, pose)
+    _keep_state(obj, job)
     live.keep(obj, built.live)
     return BindSummary(
-        vertices=len(built.pose),
-        shapes=len(plan.examples),
-        handles=len(plan.given.handles),
+        vertices=len(pose),
+        shapes=len(job.examples),
+        handles=len(job.given.handles),
         groups=built.live.groups,
-        dimension=len(plan.given.axes),
-        weights_computed=plan.compute,
+        dimension=len(job.given.axes),
+        weights_computed=job.computes_weights,
         warnings=built.warnings,
         weights_seconds=built.seconds[0],
         model_seconds=built.seconds[1],
@@ -204,13 +219,6 @@ def _group(handle: bpy.types.PropertyGroup) -> str:
     return handle.group or handle.empty.name
 
 
-def _plan(obj: bpy.types.Object) -> _Plan:
-    handles = _alive_handles(obj)
-    examples, vertices = inputs.ticked(obj), _found_again(obj, handles)
-    given = inputs.gather(obj, examples, handles, vertices)
-    return _Plan(examples, given, compute=_must_compute(obj, handles))
-
-
 def _found_again(obj: bpy.types.Object, handles: Sequence[bpy.types.PropertyGroup]) -> list[int]:
     """The vertices of the handles, where an edit of the faces may have renumbered them."""
     if not obj.tug.bound or inputs.topology(obj.data) == obj.tug.topology:
@@ -264,38 +272,6 @@ def _groups_of_tug(obj: bpy.types.Object) -> set[str]:
     }
 
 
-def _build(obj: bpy.types.Object, plan: _Plan, progress: Progress | None) -> _Built:
-    """Everything that takes time or may fail; changes nothing of the scene."""
-    handles = _alive_handles(obj)
-    times = [time.perf_counter()]
-    with Mesh(plan.given.solved_shapes[0], plan.given.triangles) as mesh:
-        report = mesh.check()
-        if report.errors:
-            raise RigError(f'"{obj.name}" cannot be bound:\n{report.text}')
-        if plan.compute:
-            stored = _compute(obj, mesh, plan.given, live.part(progress, 0.0, 0.6))
-        else:
-            stored = inputs.stored_weights(obj, [_group(handle) for handle in handles])
-        times.append(time.perf_counter())
-        made = live.make(obj, mesh, plan.given, stored, live.part(progress, 0.6, 1.0))
-    times.append(time.perf_counter())
-    pose, _ = made.pose(_targets(obj, handles, bpy.context.evaluated_depsgraph_get()))
-    times.append(time.perf_counter())
-    return _Built(stored, made, pose, report.text, np.diff(times).tolist())
-
-
-def _compute(
-    obj: bpy.types.Object, mesh: Mesh, given: Inputs, progress: Progress | None
-) -> np.ndarray:
-    weights, _ = compute_weights(
-        mesh,
-        [[vertex] for vertex in given.handles],
-        follow_nearest=obj.tug.follow_nearest,
-        progress=progress,
-    )
-    return vertex_groups.rounded(weights)
-
-
 def _drop_deleted_handles(obj: bpy.types.Object) -> None:
     handles, is_alive = obj.tug.handles, live.alive(obj, bpy.context.scene)
     if all(is_alive):
@@ -308,16 +284,16 @@ def _drop_deleted_handles(obj: bpy.types.Object) -> None:
             handles.remove(number)
 
 
-def _keep_handles(obj: bpy.types.Object, plan: _Plan, stored: np.ndarray) -> None:
+def _keep_handles(obj: bpy.types.Object, job: Job, stored: np.ndarray) -> None:
     handles = obj.tug.handles
     names = [_group(handle) for handle in handles]
-    if plan.compute:
+    if job.computes_weights:
         vertex_groups.write(obj, names, stored)
-    for number, (handle, vertex) in enumerate(zip(handles, plan.given.handles, strict=True)):
+    for number, (handle, vertex) in enumerate(zip(handles, job.given.handles, strict=True)):
         handle.name, handle.group = handle.empty.name, names[number]
         handle.vertex = handle.rest_vertex = int(vertex)
-        handle.rest = plan.given.shapes[0, vertex]
-        if plan.compute:
+        handle.rest = job.given.shapes[0, vertex]
+        if job.computes_weights:
             handle.computed_weights = inputs.digest(stored[:, number])
 
 
@@ -345,12 +321,12 @@ def _unmute(obj: bpy.types.Object, name: str) -> None:
         block.mute = obj.tug.shapes[name].was_muted
 
 
-def _keep_state(obj: bpy.types.Object, plan: _Plan) -> None:
+def _keep_state(obj: bpy.types.Object, job: Job) -> None:
     rig = obj.tug
     rig.bound = True
-    rig.examples = json.dumps(plan.examples)
+    rig.examples = json.dumps(job.examples)
     rig.vertex_count = len(obj.data.vertices)
-    rig.topology = plan.given.topology
+    rig.topology = job.given.topology
     obj.driver_remove("tug.reach")
     driver = obj.driver_add("tug.reach").driver
     driver.type = "SUM"

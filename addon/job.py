@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The long part of a bind, between reading the scene and writing it: nothing here touches Blender,
+so that it may run on any thread."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from . import vertex_groups
+from .geometry import Mesh
+from .inputs import Inputs, RigError
+from .live import Live, Recipe, part
+from .native import Progress, TugError
+from .solver import SolveInfo, compute_weights
+
+
+@dataclass(frozen=True)
+class Built:
+    """recipe: with the weights as they will be stored; seconds: for weights, model and solve."""
+
+    recipe: Recipe
+    live: Live
+    pose: np.ndarray
+    info: SolveInfo
+    warnings: str
+    seconds: list[float]
+
+
+@dataclass
+class Job:
+    """Everything that the bind of one object reads, and then what it built.
+
+    identity: of the object. examples: names of keys, Basis first. recipe: its `stored` is None
+    where weights are to be computed. targets: #H by 3 in object space.
+    """
+
+    name: str
+    identity: int
+    examples: list[str]
+    recipe: Recipe
+    follow_nearest: bool
+    targets: np.ndarray
+    built: Built | None = None
+
+    @property
+    def given(self) -> Inputs:
+        return self.recipe.given
+
+    @property
+    def computes_weights(self) -> bool:
+        return self.recipe.stored is None
+
+    def build(self, progress: Progress | None = None) -> None:
+        """Everything that takes time or may fail. An exception that `progress` raises cancels."""
+        try:
+            self.built = self._built(progress)
+        except TugError as error:
+            raise RigError(f'"{self.name}" cannot be bound: {error.reason}') from error
+
+    def agrees_with(self, other: Job) -> bool:
+        """Whether both build the same, wherever the handles are pulled to."""
+        return self._content() == other._content()
+
+    def _content(self) -> tuple:
+        options = sorted(self.recipe.options.items())
+        return self.identity, self.examples, self.recipe.digest(), options, self.follow_nearest
+
+    def _built(self, progress: Progress | None) -> Built:
+        given, times = self.given, [time.perf_counter()]
+        with Mesh(given.solved_shapes[0], given.triangles) as mesh:
+            report = mesh.check()
+            if report.errors:
+                raise RigError(f'"{self.name}" cannot be bound:\n{report.text}')
+            recipe = self.recipe
+            if self.computes_weights:
+                stored = self._compute(mesh, part(progress, 0.0, 0.6))
+                recipe = replace(recipe, stored=stored)
+            times.append(time.perf_counter())
+            live = recipe.make(mesh, part(progress, 0.6, 1.0))
+        times.append(time.perf_counter())
+        pose, info = live.pose(self.targets)
+        times.append(time.perf_counter())
+        return Built(recipe, live, pose, info, report.text, np.diff(times).tolist())
+
+    def _compute(self, mesh: Mesh, progress: Progress | None) -> np.ndarray:
+        weights, _ = compute_weights(
+            mesh,
+            [[vertex] for vertex in self.given.handles],
+            follow_nearest=self.follow_nearest,
+            progress=progress,
+        )
+        return vertex_groups.rounded(weights)
