@@ -11,6 +11,7 @@ import os
 import re
 import subprocess
 import sys
+import threading
 import time
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
@@ -21,6 +22,7 @@ from pathlib import Path
 CHECKOUT = Path(__file__).resolve().parent.parent
 RESULTS = CHECKOUT / "build" / "results"
 SECONDS_ALLOWED = "900"
+PROVIDING = threading.Lock()  # two steps may need the same Blender
 
 sys.path.insert(0, str(CHECKOUT / "blender_tests"))
 from blenders import (  # noqa: E402
@@ -95,14 +97,28 @@ def python_tests(report: Path) -> list[list[str]]:
 
 def blender_tests(blender: Blender) -> Callable[[Path], list[list[str]]]:
     def commands(report: Path) -> list[list[str]]:
-        blender.provide()
-        if isinstance(blender, Root) and b"libcholmod.so" in LIBRARY.read_bytes():
-            raise UnavailableError("libtug was linked to this system's CHOLMOD, which it lacks")
+        provide(blender)
         folder = CHECKOUT / "blender_tests"
         options = ("-q", "-rs", f"--junitxml={report}", str(folder))
         return [blender.command(folder / "run_pytest.py", *options)]
 
     return commands
+
+
+def window_tests(root: Root) -> Callable[[Path], list[list[str]]]:
+    def commands(report: Path) -> list[list[str]]:
+        provide(root)
+        runner = CHECKOUT / "blender_tests" / "window" / "run.py"
+        return [root.window_command(runner, str(report))]
+
+    return commands
+
+
+def provide(blender: Blender) -> None:
+    with PROVIDING:
+        blender.provide()
+    if isinstance(blender, Root) and b"libcholmod.so" in LIBRARY.read_bytes():
+        raise UnavailableError("libtug was linked to this system's CHOLMOD, which it lacks")
 
 
 def tools() -> str:
@@ -120,7 +136,10 @@ STEPS = (
     Step("C, release", compiled_tests("release")),
     Step("Python without Blender", python_tests),
 )
-BLENDER_STEPS = tuple(Step(b.name, blender_tests(b), required=False) for b in TESTED)
+BLENDER_STEPS = (
+    *(Step(f"{b.name}, window", window_tests(b), False) for b in TESTED if isinstance(b, Root)),
+    *(Step(b.name, blender_tests(b), required=False) for b in TESTED),
+)
 
 
 def take(step: Step) -> Outcome:

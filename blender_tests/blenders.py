@@ -20,6 +20,7 @@ from typing import Protocol
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tug"
 CHECKOUT = Path(__file__).resolve().parent.parent
 OLDEST = (4, 2)
+SCREEN = (1024, 768)  # pixels of a display with a Blender in it
 
 
 class UnavailableError(Exception):
@@ -120,7 +121,8 @@ class Root:
         for tool in ("mmdebstrap", "bwrap"):
             if shutil.which(tool) is None:
                 raise UnavailableError(f"there is no {tool}")
-        if not self.folder.exists():
+        if not os.path.lexists(self.folder / "usr/bin/xvfb-run"):
+            shutil.rmtree(self.folder, ignore_errors=True)  # one without what windows need
             make_in_cache(self.folder, self._unpack)
         found = version_of(*self._sandbox(), "blender")
         if found != self.version:
@@ -129,7 +131,7 @@ class Root:
     def _unpack(self, folder: Path) -> None:
         packages = (
             "blender,python3-numpy,python3-pytest,python3-cattr,python3-requests,python3-zstandard,"
-            "libegl1,libgl1-mesa-dri"
+            "libegl1,libgl1-mesa-dri,xvfb,xauth,xdotool,imagemagick"
         )
         archive = folder / "root.tar"
         run(
@@ -161,10 +163,26 @@ class Root:
         for seen in (CHECKOUT, data_folder()):
             command += ["--ro-bind-try", str(seen), str(seen)]
         command += ["--bind", str(results), str(results), "--chdir", str(CHECKOUT)]
-        return [*command, "--setenv", "HOME", "/tmp", "--setenv", "LIBGL_ALWAYS_SOFTWARE", "1"]
+        variables = {
+            "HOME": "/tmp",
+            "LIBGL_ALWAYS_SOFTWARE": "1",
+            "MESA_SHADER_CACHE_DIR": str(results / f"shaders-{self.suite}"),  # saves 10 s
+        }
+        for name, value in variables.items():
+            command += ["--setenv", name, value]
+        return command
 
     def command(self, script: Path, *arguments: str) -> list[str]:
         return [*self._sandbox(), *background("blender", script, arguments)]
+
+    def window_command(self, script: Path, *arguments: str) -> list[str]:
+        """The same with a window on a display of its own, where events can be simulated."""
+        width, height = map(str, SCREEN)
+        screen = f"-screen 0 {width}x{height}x24 +extension GLX +render -noreset"
+        options = ["--factory-startup", "-noaudio", "--enable-event-simulate"]
+        options += ["--window-geometry", "0", "0", width, height, "--python-exit-code", "1"]
+        blender = ["blender", *options, "--python", str(script), "--", *arguments]
+        return [*self._sandbox(), "xvfb-run", "-a", "-s", screen, *blender]
 
 
 TESTED: tuple[Blender, ...] = (

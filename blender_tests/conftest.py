@@ -12,6 +12,8 @@ sys.path[:0] = [str(CHECKOUT), str(CHECKOUT / "blender_tests")]
 bpy = pytest.importorskip("bpy", reason="not run: this Python has no Blender")
 import addon  # noqa: E402
 
+collect_ignore = ["window"]  # run by window/run.py, not by pytest
+
 
 @pytest.fixture(autouse=True)
 def empty_scene() -> None:

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Mouse and keyboard of a Blender window, by simulated events.
+
+Blender must have been started with --enable-event-simulate. Positions are window pixels from the
+bottom left. An event is handled once the test yields.
+"""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import bpy
+
+# Shades of a picture that shows a window; one of a failed grab has one or two.
+FEWEST_COLOURS = 50
+
+
+class Window:
+    """The pointer and the held modifiers of Blender's first window.
+
+    Nothing of Blender's is kept from one call to the next: loading a file and undo replace it.
+    """
+
+    def __init__(self, pictures: Path) -> None:
+        self.pictures = pictures
+        self.pointer = (self.window.width // 2, self.window.height // 2)
+        self.modifiers: dict[str, bool] = {}
+
+    @property
+    def window(self) -> bpy.types.Window:
+        return bpy.data.window_managers[0].windows[0]
+
+    @property
+    def area(self) -> bpy.types.Area:
+        return next(area for area in self.window.screen.areas if area.type == "VIEW_3D")
+
+    @property
+    def region(self) -> bpy.types.Region:
+        return next(region for region in self.area.regions if region.type == "WINDOW")
+
+    @property
+    def view(self) -> bpy.types.RegionView3D:
+        return self.area.spaces.active.region_3d
+
+    def event(self, kind: str, value: str, character: str | None = None) -> None:
+        x, y = self.pointer
+        text = {} if character is None else {"unicode": character}
+        self.window.event_simulate(type=kind, value=value, x=x, y=y, **self.modifiers, **text)
+
+    def move(self, x: float, y: float) -> None:
+        self.pointer = (round(x), round(y))
+        self.event("MOUSEMOVE", "NOTHING")
+
+    def press(self, kind: str) -> None:
+        self.event(kind, "PRESS")
+
+    def release(self, kind: str) -> None:
+        self.event(kind, "RELEASE")
+
+    def tap(self, kind: str, *, ctrl: bool = False, shift: bool = False, alt: bool = False) -> None:
+        """Press and release a key or a mouse button, with modifiers held around it."""
+        held = [name for name, on in (("ctrl", ctrl), ("shift", shift), ("alt", alt)) if on]
+        for name in held:
+            self.modifiers[name] = True
+            self.press(f"LEFT_{name.upper()}")
+        self.press(kind)
+        self.release(kind)
+        for name in reversed(held):
+            del self.modifiers[name]
+            self.release(f"LEFT_{name.upper()}")
+
+    def type(self, text: str) -> None:
+        """Characters for a text field; one of Blender's types stands for all of them."""
+        for character in text:
+            self.event("A", "PRESS", character)
+            self.release("A")
+
+    def travel(self, dx: float, dy: float, steps: int = 6) -> Iterator[None]:
+        """Move by so many pixels in steps: after a single jump Blender may not see a drag."""
+        x, y = self.pointer
+        for step in range(1, steps + 1):
+            self.move(x + dx * step / steps, y + dy * step / steps)
+            yield
+
+    def drag(self, dx: float, dy: float, steps: int = 6) -> Iterator[None]:
+        """Pull with the left button from where the pointer is, and let go."""
+        self.press("LEFTMOUSE")
+        yield
+        yield from self.travel(dx, dy, steps)
+        self.release("LEFTMOUSE")
+        yield
+
+    def grab(self, name: str, dx: float, dy: float) -> Iterator[None]:
+        """Click on an object, press G and move; the grab goes on until RET or ESC."""
+        self.point_at(bpy.data.objects[name])
+        yield
+        self.tap("LEFTMOUSE")
+        yield
+        self.tap("G")
+        yield
+        yield from self.travel(dx, dy)
+
+    def undo(self) -> Iterator[None]:
+        self.tap("Z", ctrl=True)
+        yield
+
+    def redo(self) -> Iterator[None]:
+        self.tap("Z", ctrl=True, shift=True)
+        yield
+
+    def pixels_of(self, place: Sequence[float]) -> tuple[float, float]:
+        """Where a position of the scene is seen; ValueError if it is behind the view."""
+        x, y, _, w = (
+            row[0] * place[0] + row[1] * place[1] + row[2] * place[2] + row[3]
+            for row in self.view.perspective_matrix
+        )
+        if w <= 0:
+            raise ValueError(f"{tuple(place)} is behind the view")
+        region = self.region
+        return (
+            region.x + region.width * (0.5 + 0.5 * x / w),
+            region.y + region.height * (0.5 + 0.5 * y / w),
+        )
+
+    def point_at(self, obj: bpy.types.Object) -> None:
+        self.move(*self.pixels_of(obj.matrix_world.translation))
+
+    def context(self, **members: object) -> object:
+        """The context that operators need and a timer lacks: `with ui.context(): bpy.ops...`"""
+        return bpy.context.temp_override(
+            window=self.window, area=self.area, region=self.region, **members
+        )
+
+    def frame_all(self) -> Iterator[None]:
+        """Show the whole scene in the viewport."""
+        yield  # a file that was loaded has been drawn
+        with self.context():
+            bpy.ops.view3d.view_all()
+        yield
+
+    def undo_base(self) -> None:
+        """Push the step that undo may return to: without it undo takes the built scene away."""
+        with self.context():
+            bpy.ops.ed.undo_push(message="Scene built")
+
+    def picture(self, name: str) -> Path:
+        """Save what the display shows as NAME.png.
+
+        Blender's own screenshot is black under recent Mesa, without an error.
+        """
+        path = self.pictures / f"{name}.png"
+        subprocess.run(["import", "-window", "root", str(path)], check=True, timeout=60)
+        colours = int(
+            subprocess.run(
+                ["identify", "-format", "%k", str(path)], check=True, capture_output=True
+            ).stdout
+        )
+        assert colours >= FEWEST_COLOURS, f"{path} has {colours} colours"
+        return path
