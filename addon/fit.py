@@ -6,27 +6,20 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
 
 import bpy
 import numpy as np
 
 from . import film, inputs, live, pc2, rig, shape_keys
+from .dictionaries import GROUPS_A_HANDLE, Dictionary, functions_of_weights, make_functions
+from .geometry import Mesh
 from .inputs import RigError
 from .native import Progress, TugError
 from .registration.body import Body
 from .registration.features import Features
 from .registration.nonrigid import Settings, register
 from .targets import Place, Target, find_pairs, read_features, read_scan
-
-
-class Dictionary(StrEnum):
-    """What the weight functions of a fit are: those of the mesh itself, which follow a scan best,
-    or those of the handles, as they are painted."""
-
-    EIGENFUNCTIONS = "EIGENFUNCTIONS"
-    HANDLES = "HANDLES"
 
 
 @dataclass(frozen=True)
@@ -167,13 +160,15 @@ def _body(obj: bpy.types.Object, dictionary: Dictionary) -> Body:
     given = inputs.gather(obj, inputs.bound_examples(obj), obj.tug.handles)
     if len(given.axes) < 3:
         raise ValueError("its shapes are flat, and only shapes in space can be fitted")
-    weights = None
-    if dictionary is Dictionary.HANDLES:
-        stored = inputs.stored_weights(obj, [handle.group for handle in obj.tug.handles])
-        weights = stored / stored.sum(axis=1, keepdims=True, dtype=np.float64)
+    with Mesh(given.solved_shapes[0], given.triangles) as mesh:
+        if dictionary is Dictionary.HANDLES:
+            stored = inputs.stored_weights(obj, [handle.group for handle in obj.tug.handles])
+            count = GROUPS_A_HANDLE * len(given.handles)
+            functions = functions_of_weights(mesh, stored, count)
+        else:
+            functions = make_functions(dictionary, mesh, given.solved_shapes, given.handles)
     return Body(
-        *(given.solved_shapes, given.triangles),
-        weights=weights,
+        *(given.solved_shapes, given.triangles, functions),
         stiffness=given.stiffness,
         **live.solver_options(obj),
     )

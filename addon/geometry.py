@@ -193,3 +193,19 @@ class Points(Owner):
             self._pointer, queries, len(queries), limit, numbers, distances
         )
         return numbers, distances
+
+
+def as_shapes(mesh: Mesh, shapes: np.ndarray) -> np.ndarray:
+    shapes = np.ascontiguousarray(shapes, np.float64)
+    if shapes.ndim != 3 or shapes.shape[1:] != (mesh.vertex_count, mesh.dimension):
+        raise ValueError(
+            f"shapes must be #S by {mesh.vertex_count} by {mesh.dimension}, not {shapes.shape}"
+        )
+    return shapes
+
+
+def as_groups(mesh: Mesh, groups: np.ndarray) -> np.ndarray:
+    groups = np.ascontiguousarray(groups, np.int32)
+    if groups.shape != (mesh.triangle_count,):
+        raise ValueError(f"groups must be #F = {mesh.triangle_count} numbers")
+    return groups

@@ -14,7 +14,8 @@ from .geometry import Mesh
 from .inputs import Inputs, RigError
 from .live import Live, Recipe, part
 from .native import Progress, TugError
-from .solver import SolveInfo, compute_weights
+from .solver import SolveInfo
+from .weights import compute_weights
 
 
 @dataclass(frozen=True)

@@ -17,11 +17,12 @@ import bpy
 import numpy as np
 
 from . import inputs
+from .dictionaries import GROUPS_A_HANDLE, functions_of_weights
 from .geometry import Mesh, Rows
 from .inputs import Inputs, RigError
 from .native import Progress, TugError
 from .smoothing import Solution
-from .solver import Form, Model, SolveInfo, Solver, cluster_triangles
+from .solver import Form, Model, SolveInfo, Solver
 
 
 @dataclass(frozen=True)
@@ -49,13 +50,12 @@ class Recipe:
     def make(self, mesh: Mesh, progress: Progress | None = None) -> Live:
         """The solver, on any thread. mesh: of the rest shape. May raise TugError."""
         given = self.given
-        weights = self.stored.astype(np.float64)
-        weights /= weights.sum(axis=1, keepdims=True)
-        groups = cluster_triangles(
-            mesh, weights, self.group_count, progress=part(progress, 0.0, 0.1)
+        functions = functions_of_weights(
+            mesh, self.stored, self.group_count, progress=part(progress, 0.0, 0.1)
         )
+        rows = Rows.pin(given.pinned)
         with Model(
-            *(mesh, given.solved_shapes, weights, Rows.pin(given.pinned), groups),
+            *(mesh, given.solved_shapes, functions.weights, rows, functions.groups),
             stiffness=given.stiffness,
             progress=part(progress, 0.1, 1.0),
         ) as model:
@@ -65,7 +65,7 @@ class Recipe:
                 options=self.options,
                 axes=given.axes,
                 rest=given.shapes[0].astype(np.float64),
-                groups=int(groups.max()) + 1,
+                groups=int(functions.groups.max()) + 1,
             )
 
 
@@ -159,7 +159,7 @@ def solver_options(obj: bpy.types.Object) -> dict[str, float]:
 
 
 def group_count(obj: bpy.types.Object, given: Inputs) -> int:
-    return obj.tug.group_count or 2 * len(given.handles)
+    return obj.tug.group_count or GROUPS_A_HANDLE * len(given.handles)
 
 
 def part(progress: Progress | None, start: float, end: float) -> Progress | None:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Posing without Blender: libtug with NumPy arrays in and out.
 
-    mesh + handles -> compute_weights -> cluster_triangles -> Model -> Solver -> positions
+    mesh + handles -> make_functions -> Model -> Solver -> positions
 
 `make_solver` does all of it at once; meshes and rows are those of geometry.py. #V vertices, #F
 triangles, k dimensions (2 or 3), #S shapes, #W weight functions, #H constraint rows, #G edge
@@ -25,9 +25,10 @@ from typing import Self
 import numpy as np
 
 from . import native
-from .geometry import Mesh, Rows
+from .dictionaries import Dictionary, make_functions
+from .geometry import Mesh, Rows, as_groups, as_shapes
 from .native import Progress
-from .objects import Memory, Owner, as_matrix, fields_of, offsets, set_options
+from .objects import Memory, Owner, as_matrix, fields_of, set_options
 
 
 class Form(IntEnum):
@@ -40,36 +41,6 @@ class Form(IntEnum):
     AVERAGE = 4
     MINIMAL = 5
     CLOSEST = 6
-
-
-@dataclass(frozen=True)
-class WeightsInfo:
-    """How the weights' quadratic programs ended: see tug_weights_info."""
-
-    converged: bool
-    iterations: int
-    gap: float
-    kkt_residual: float
-    bound_violation: float
-
-
-@dataclass(frozen=True)
-class EigenfunctionsInfo:
-    """How eigenfunctions were found: see tug_eigenfunctions_info."""
-
-    constants: int
-    solves: int
-    residual: float
-
-
-@dataclass(frozen=True)
-class SkeletonInfo:
-    """How well bones explain the shapes: see tug_skeleton_info."""
-
-    converged: bool
-    rounds: int
-    error: float
-    objective: float
 
 
 @dataclass(frozen=True)
@@ -286,108 +257,6 @@ class Solver(Owner):
         return scale.value
 
 
-def compute_weights(
-    mesh: Mesh,
-    handles: Sequence[Sequence[int]],
-    *,
-    progress: Progress | None = None,
-    **options: float,
-) -> tuple[np.ndarray, WeightsInfo]:
-    """Bounded biharmonic weights, #V by #W, rows summing to one. About a second at 20,000 vertices.
-
-    handles: the vertices of each handle. Options, each with the library's default: tolerance,
-    max_iterations, threads, follow_nearest (1: a component without a handle follows the nearest).
-    """
-    given, info = native.tug_weights_options(), native.tug_weights_info()
-    native.library().tug_default_weights_options(byref(given))
-    set_options(given, options)
-    vertices = np.array([vertex for handle in handles for vertex in handle], np.int32)
-    weights = np.empty((mesh.vertex_count, len(handles)))
-    with native.reporting(progress) as callback:
-        native.library().tug_compute_weights(
-            *(mesh._pointer, offsets(handles), vertices, len(handles)),
-            *(byref(given), callback, None, weights, byref(info)),
-        )
-    return weights, WeightsInfo(**fields_of(info))
-
-
-def compute_eigenfunctions(
-    mesh: Mesh, count: int, *, progress: Progress | None = None
-) -> tuple[np.ndarray, np.ndarray, EigenfunctionsInfo]:
-    """The `count` smallest eigenpairs of the Laplace-Beltrami operator, L f = mu M f: values mu
-    (count, rising) and functions (#V by count, orthonormal in M). Fractions of a second.
-
-    The mass is in parts of the whole area, so neither has a unit. The first function is 1; each
-    further component of the mesh has one of eigenvalue 0.
-    """
-    values, functions = np.empty(max(count, 0)), np.empty((mesh.vertex_count, max(count, 0)))
-    info = native.tug_eigenfunctions_info()
-    with native.reporting(progress) as callback:
-        native.library().tug_compute_eigenfunctions(
-            mesh._pointer, count, callback, None, values, functions, byref(info)
-        )
-    return values, functions, EigenfunctionsInfo(**fields_of(info))
-
-
-def find_skeleton(
-    mesh: Mesh,
-    shapes: np.ndarray,
-    bones: int,
-    *,
-    progress: Progress | None = None,
-    **options: float,
-) -> tuple[np.ndarray, SkeletonInfo]:
-    """Weights of rigid bones that explain the shapes (#S by #V by k, the rest shape first): #V by
-    at most `bones`, with at most four in a row, which sum to one. Seconds at 25,000 vertices.
-
-    Options, each with the library's default: smoothness, tolerance, max_rounds.
-    """
-    shapes = as_shapes(mesh, shapes)
-    given, info = native.tug_skeleton_options(), native.tug_skeleton_info()
-    native.library().tug_default_skeleton_options(byref(given))
-    set_options(given, options)
-    room, found = np.empty((mesh.vertex_count, max(bones, 0))), c_int32()
-    with native.reporting(progress) as callback:
-        native.library().tug_find_skeleton(
-            *(mesh._pointer, shapes, len(shapes), bones, byref(given)),
-            *(callback, None, room, byref(found), byref(info)),
-        )
-    weights = room.ravel()[: len(room) * found.value].reshape(len(room), found.value)
-    return weights.copy(), SkeletonInfo(**fields_of(info))
-
-
-def cluster_triangles(
-    mesh: Mesh, weights: np.ndarray, count: int, *, progress: Progress | None = None
-) -> np.ndarray:
-    """Edge groups: #F numbers from 0, at most `count` different ones. O(rounds #F #W count)."""
-    weights = as_matrix(weights, np.float64, rows=mesh.vertex_count)
-    groups, found = np.empty(mesh.triangle_count, np.int32), c_int32()
-    with native.reporting(progress) as callback:
-        native.library().tug_cluster_triangles(
-            *(mesh._pointer, weights, weights.shape[1], count),
-            *(callback, None, groups, byref(found)),
-        )
-    return groups
-
-
-def cluster_by_eigenfunctions(
-    mesh: Mesh,
-    values: np.ndarray,
-    functions: np.ndarray,
-    count: int,
-    *,
-    progress: Progress | None = None,
-) -> np.ndarray:
-    """Edge groups, as from cluster_triangles, where eigenfunctions are the weights.
-
-    Triangles are near where f_i / mu_i are: the biharmonic distance (Lipman et al. 2010). Functions
-    of eigenvalue 0 count as much as the first of another, which keeps components apart.
-    """
-    least = values[values > 0].min(initial=values.max() or 1.0)
-    features = functions / np.maximum(values, least)
-    return cluster_triangles(mesh, features, count, progress=progress)
-
-
 def reduce_dictionary(
     shapes: np.ndarray, weights: np.ndarray, count: int, *, progress: Progress | None = None
 ) -> np.ndarray:
@@ -438,6 +307,7 @@ def make_solver(
     triangles: np.ndarray,
     handles: Sequence[int],
     *,
+    dictionary: Dictionary = Dictionary.HANDLES,
     free: Sequence[int] = (),
     stiffness: np.ndarray | None = None,
     progress: Progress | None = None,
@@ -445,17 +315,17 @@ def make_solver(
 ) -> Solver:
     """From shapes (#S by #V by k, the rest shape first), triangles and handle vertices to a Solver.
 
-    Each handle has one weight function and each that is not in `free` (numbers of handles) one row,
-    in order; there are twice as many groups as handles. stiffness is that of Model, options are
-    those of Solver. Seconds.
+    Each handle that is not in `free` (numbers of handles) has one row, in order; a free one has but
+    the weight function that Dictionary.HANDLES gives to each. stiffness is that of Model, options
+    are those of Solver. Seconds.
     """
     pinned = [vertex for number, vertex in enumerate(handles) if number not in set(free)]
     with Mesh(shapes[0], triangles) as mesh:
-        weights, _ = compute_weights(mesh, [[vertex] for vertex in handles], progress=progress)
-        groups = cluster_triangles(mesh, weights, 2 * len(handles), progress=progress)
-        rows = Rows.pin(pinned)
+        functions = make_functions(dictionary, mesh, shapes, handles, progress=progress)
         with Model(
-            mesh, shapes, weights, rows, groups, stiffness=stiffness, progress=progress
+            *(mesh, shapes, functions.weights, Rows.pin(pinned), functions.groups),
+            stiffness=stiffness,
+            progress=progress,
         ) as model:
             return Solver(model, **options)
 
@@ -511,22 +381,6 @@ def solve_elastic_net(
         *(*X.shape, Y.shape[1], X, Y, penalty, fit, smoothness, sparsity, T, byref(info))
     )
     return T, ElasticNetInfo(**fields_of(info))
-
-
-def as_shapes(mesh: Mesh, shapes: np.ndarray) -> np.ndarray:
-    shapes = np.ascontiguousarray(shapes, np.float64)
-    if shapes.ndim != 3 or shapes.shape[1:] != (mesh.vertex_count, mesh.dimension):
-        raise ValueError(
-            f"shapes must be #S by {mesh.vertex_count} by {mesh.dimension}, not {shapes.shape}"
-        )
-    return shapes
-
-
-def as_groups(mesh: Mesh, groups: np.ndarray) -> np.ndarray:
-    groups = np.ascontiguousarray(groups, np.int32)
-    if groups.shape != (mesh.triangle_count,):
-        raise ValueError(f"groups must be #F = {mesh.triangle_count} numbers")
-    return groups
 
 
 def _fitting(name: str, array: np.ndarray, *shape: int) -> np.ndarray:

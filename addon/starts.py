@@ -10,8 +10,8 @@ from itertools import pairwise
 import numpy as np
 
 from . import native
-from .geometry import Mesh
-from .solver import Rows, SolveInfo, Solver, as_groups, as_shapes, solve_elastic_net
+from .geometry import Mesh, Rows, as_groups, as_shapes
+from .solver import SolveInfo, Solver, solve_elastic_net
 
 
 def find_rotations(

@@ -29,7 +29,8 @@ from support import (
 )
 
 from addon import rig, shape_keys
-from addon.fit import Dictionary, fit, fit_frames
+from addon.dictionaries import Dictionary
+from addon.fit import fit, fit_frames
 from addon.inputs import RigError
 from addon.registration.nonrigid import Settings
 

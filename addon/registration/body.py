@@ -9,36 +9,26 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..dictionaries import Dictionary, Functions, make_functions
 from ..geometry import Mesh, Rows
 from ..native import Progress
-from ..solver import (
-    Model,
-    Solver,
-    cluster_by_eigenfunctions,
-    cluster_triangles,
-    compute_eigenfunctions,
-)
-
-FUNCTIONS = 15  # eigenfunctions where no weights are given, as in F's experiments
-GROUPS_PER_FUNCTION = 2  # edge groups where none are given
+from ..solver import Model, Solver
 
 
 class Body:
-    """Shapes of a mesh, weights and groups.
+    """Shapes of a mesh, and weight functions with their groups.
 
-    shapes: #S by #V by k, the rest shape first. triangles: #F by 3. weights: #V by #W; the first
-    eigenfunctions where they are None. groups: #F; clusters of the weights where they are None.
-    stiffness and smoothness are those of Model, options those of Solver, `form` for one.
-    O(#V (#W #S k)^2), a second at 20,000 vertices.
+    shapes: #S by #V by k, the rest shape first. triangles: #F by 3. functions: eigenfunctions where
+    they are None. stiffness and smoothness are those of Model, options those of Solver, `form` for
+    one. O(#V (#W #S k)^2), a second at 20,000 vertices.
     """
 
     def __init__(
         self,
         shapes: np.ndarray,
         triangles: np.ndarray,
+        functions: Functions | None = None,
         *,
-        weights: np.ndarray | None = None,
-        groups: np.ndarray | None = None,
         stiffness: np.ndarray | None = None,
         smoothness: float = 0.0,
         progress: Progress | None = None,
@@ -53,18 +43,14 @@ class Body:
         if report := self._errors():
             raise ValueError(report)
         self.triangles = np.ascontiguousarray(triangles, np.int32)
-        self.weights, self.groups = weights, groups
-        if weights is None:
-            self._take_eigenfunctions(progress)
-        elif groups is None:
-            self.groups = cluster_triangles(
-                self.mesh, weights, GROUPS_PER_FUNCTION * weights.shape[1], progress=progress
-            )
+        self.functions = functions or make_functions(
+            Dictionary.EIGENFUNCTIONS, self.mesh, self.shapes, (), progress=progress
+        )
         self.options = options
         # One vertex of each part: rows that serve until others take their place.
         anywhere = Rows.pin(np.unique(self.mesh.components(), return_index=True)[1])
         self._model = Model(
-            *(self.mesh, self.shapes, self.weights, anywhere, self.groups),
+            *(self.mesh, self.shapes, self.functions.weights, anywhere, self.functions.groups),
             stiffness=stiffness,
             smoothness=smoothness,
             progress=progress,
@@ -84,11 +70,3 @@ class Body:
     def _errors(self) -> str:
         report = self.mesh.check()
         return "\n".join(report.text.splitlines()[: report.errors])
-
-    def _take_eigenfunctions(self, progress: Progress | None) -> None:
-        count = min(FUNCTIONS, self.mesh.vertex_count)
-        values, self.weights, _ = compute_eigenfunctions(self.mesh, count, progress=progress)
-        if self.groups is None:
-            self.groups = cluster_by_eigenfunctions(
-                *(self.mesh, values, self.weights, GROUPS_PER_FUNCTION * count), progress=progress
-            )

@@ -106,7 +106,8 @@ class Features:
         parts that have one."""
         part = body.mesh.components()
         held = np.isin(part, part[self.vertices])
-        if held.all() or np.linalg.matrix_rank(body.weights[held]) == body.weights.shape[1]:
+        weights = body.functions.weights
+        if held.all() or np.linalg.matrix_rank(weights[held]) == weights.shape[1]:
             return
         raise ValueError(
             f"the mesh has {part.max() + 1} parts that are not connected, and the one with vertex "

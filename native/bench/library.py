@@ -10,16 +10,18 @@ sys.path.insert(0, str(CHECKOUT))
 from addon import native  # noqa: E402
 from addon.geometry import Mesh, Points, Rows  # noqa: E402
 from addon.solver import (  # noqa: E402
-    EigenfunctionsInfo,
     Form,
     Model,
     SolveInfo,
     Solver,
+    minimise_blend,
+)
+from addon.weights import (  # noqa: E402
+    EigenfunctionsInfo,
     WeightsInfo,
     cluster_triangles,
     compute_eigenfunctions,
     compute_weights,
-    minimise_blend,
 )
 
 __all__ = [

@@ -13,7 +13,8 @@ import pytest
 import scipy.linalg
 import scipy.sparse
 
-from addon.solver import Form, Mesh, Model, Rows, Solver, cluster_triangles, compute_weights
+from addon.solver import Form, Mesh, Model, Rows, Solver
+from addon.weights import cluster_triangles, compute_weights
 
 AROUND, ALONG = 8, 13  # vertices of a tube
 LAMBDA = 0.5

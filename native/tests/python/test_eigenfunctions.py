@@ -8,14 +8,8 @@ import pytest
 import scipy.sparse
 import scipy.sparse.linalg
 
-from addon.solver import (
-    Mesh,
-    Model,
-    Rows,
-    Solver,
-    cluster_by_eigenfunctions,
-    compute_eigenfunctions,
-)
+from addon.solver import Mesh, Model, Rows, Solver
+from addon.weights import cluster_by_eigenfunctions, compute_eigenfunctions
 
 COUNT = 15
 

@@ -9,12 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from addon.dictionaries import functions_of_weights
 from addon.geometry import Mesh
 from addon.registration.body import Body
 from addon.registration.features import Features
 from addon.registration.nonrigid import Registration, Settings, register
 from addon.registration.scan import Scan
-from addon.solver import Form, compute_weights
+from addon.solver import Form
+from addon.weights import compute_weights
 
 
 @dataclass(frozen=True)
@@ -168,7 +170,8 @@ def test_every_energy_fits(creature, half, form):
 def test_other_dictionaries_fit(creature, half):
     with Mesh(half.body.rest, creature.triangles) as mesh:
         weights, _ = compute_weights(mesh, [[vertex] for vertex in half.handles])
-    body = Body(half.body.shapes, creature.triangles, weights=weights, smoothness=1e-3)
+        functions = functions_of_weights(mesh, weights)
+    body = Body(half.body.shapes, creature.triangles, functions, smoothness=1e-3)
     found = register(body, half.scan, half.features())
     assert half.errors(found.positions).mean() < 0.01
 

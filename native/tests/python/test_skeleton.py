@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from addon.native import TugError
-from addon.solver import Mesh, Model, Rows, Solver, cluster_triangles, find_skeleton
+from addon.solver import Mesh, Model, Rows, Solver
+from addon.weights import cluster_triangles, find_skeleton
 
 AROUND, RINGS = 12, 16
 LIMBS = 4

@@ -9,17 +9,8 @@ import numpy as np
 import pytest
 
 from addon.native import ERROR_ARGUMENT, ERROR_BLOB, ERROR_HANDLES, ERROR_MESH, TugError
-from addon.solver import (
-    Form,
-    Mesh,
-    Model,
-    Rows,
-    Solver,
-    cluster_triangles,
-    compute_weights,
-    make_solver,
-    minimise_blend,
-)
+from addon.solver import Form, Mesh, Model, Rows, Solver, make_solver, minimise_blend
+from addon.weights import cluster_triangles, compute_weights
 
 LENGTH, WIDTH = 12, 4  # of the strip, in squares
 HANDLES = [2, 32, 62]  # vertices at the start, middle and end of its centre line

@@ -8,16 +8,9 @@ import pytest
 
 from addon.geometry import Mesh
 from addon.native import TugError
-from addon.solver import (
-    Form,
-    Model,
-    Rows,
-    Solver,
-    cluster_triangles,
-    compute_eigenfunctions,
-    compute_weights,
-)
+from addon.solver import Form, Model, Rows, Solver
 from addon.starts import RowStart, find_rotations, solve_in_stages
+from addon.weights import cluster_triangles, compute_eigenfunctions, compute_weights
 
 HANDLES = [0, 7, 200, 263, 130]
 
