@@ -46,7 +46,7 @@ def fit(
     progress: Progress | None = None,
 ) -> FitSummary:
     """Fit a bound rig to a target and write the pose to the result key, where it stays until the
-    handles are asked for the next one.
+    handles or settings change.
 
     target: a mesh, a point cloud, or a collection of empties. pairs: names of handles, or vertices,
     and where they are on the target: objects, or points of the target; where they are not given,
@@ -54,9 +54,9 @@ def fit(
     fit starts from the pose that the handles have now. On an error nothing has changed.
     """
     fitter = _Fitter(obj, target, pairs, dictionary, settings)
-    positions, summary = fitter.pose(bpy.context.evaluated_depsgraph_get(), progress)
-    result = obj.data.shape_keys.key_blocks[obj.tug.result]
-    shape_keys.write(obj.data, result, positions)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    positions, summary = fitter.pose(depsgraph, progress)
+    rig.show(obj, positions, depsgraph)
     return summary
 
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Keeps the rigs posed while frames change, in playback and in renders."""
+"""Keeps the rigs posed: while something moves their handles, and while frames change."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 import bpy
@@ -22,7 +22,7 @@ _paused = False
 
 
 def problem(obj: bpy.types.Object) -> str:
-    """Why the object was not posed at the last change of frame, or an empty string."""
+    """Why the object was not posed when it last should have been, or an empty string."""
     return _problems.get(obj.session_uid, "")
 
 
@@ -38,18 +38,35 @@ def paused() -> Iterator[None]:
 
 
 @persistent
-def _pose_rigs(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+def _pose_all(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    """A frame came. What is rendered is posed in any case."""
+    rendering = depsgraph.mode == "RENDER"
+    _pose((obj for obj in scene.objects if rendering or obj.tug.live), depsgraph)
+
+
+@persistent
+def _pose_updated(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    """Something moved, was edited or set. A rig is updated with its handles: see `reach`."""
+    updated = [update.id.original for update in depsgraph.updates]
+    objects = [obj for obj in updated if isinstance(obj, bpy.types.Object)]
+    for obj in objects:
+        if obj.mode in EDITING:
+            live.invalidate(obj)
+    _pose((obj for obj in objects if obj.tug.live and obj.mode not in EDITING), depsgraph)
+
+
+def _pose(objects: Iterable[bpy.types.Object], depsgraph: bpy.types.Depsgraph) -> None:
     if _paused:
         return
     posed = set()  # a linked duplicate shows the pose of the object that comes first
-    for obj in scene.objects:
+    for obj in objects:
         if obj.type != "MESH" or not obj.tug.bound or obj.data in posed:
             continue
         if obj.data.is_editmode or mesh_cache.shown(obj, depsgraph.mode):
             continue
         posed.add(obj.data)
         try:
-            rig.solve(obj, depsgraph)
+            rig.follow(obj, depsgraph)
         except (RigError, LibraryError) as error:
             _report(obj, str(error))
         else:
@@ -63,16 +80,13 @@ def _report(obj: bpy.types.Object, text: str) -> None:
 
 
 @persistent
-def _touch_edited(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    for update in depsgraph.updates:
-        obj = update.id.original
-        if isinstance(obj, bpy.types.Object) and obj.mode in EDITING:
-            live.touch(obj)
-
-
-@persistent
 def _touch_all(*_: object) -> None:
     live.touch_all()
+    # Before 4.3 an undo brings the key back but does not evaluate the mesh.
+    if bpy.app.version < (4, 3):
+        for obj in bpy.data.objects:
+            if obj.type == "MESH" and obj.tug.bound:
+                obj.data.update_tag()
 
 
 @persistent
@@ -82,8 +96,8 @@ def _forget_all(*_: object) -> None:
 
 
 HANDLERS = (
-    ("frame_change_post", _pose_rigs),
-    ("depsgraph_update_post", _touch_edited),
+    ("frame_change_post", _pose_all),
+    ("depsgraph_update_post", _pose_updated),
     ("undo_post", _touch_all),
     ("redo_post", _touch_all),
     ("load_post", _forget_all),

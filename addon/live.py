@@ -11,6 +11,7 @@ To find those takes a look at the whole mesh, so it is done only after something
 from __future__ import annotations
 
 import threading
+import time
 from dataclasses import dataclass, field
 
 import bpy
@@ -23,6 +24,10 @@ from .inputs import Inputs, RigError
 from .native import Progress, TugError
 from .smoothing import Solution
 from .solver import Form, Model, SolveInfo, Solver
+
+# Of object.tug: the digest of handles and settings that the result key shows the pose for. It is
+# saved and undone with the key, so that neither undo nor load need a solve.
+POSED = "posed"
 
 
 @dataclass(frozen=True)
@@ -69,6 +74,14 @@ class Recipe:
             )
 
 
+@dataclass(frozen=True)
+class LastSolve:
+    """How the last pose was found, and in how many seconds, positions included."""
+
+    info: SolveInfo
+    seconds: float
+
+
 @dataclass
 class Live:
     """A solver, what it was made from, and a lock: renders ask for poses from a thread of their
@@ -81,6 +94,7 @@ class Live:
     rest: np.ndarray
     groups: int
     touched: bool = False
+    last: LastSolve | None = None
     lock: threading.Lock = field(default_factory=threading.Lock)
 
     def solution(self, targets: np.ndarray) -> Solution:
@@ -100,10 +114,12 @@ class Live:
 
     def pose(self, targets: np.ndarray) -> tuple[np.ndarray, SolveInfo]:
         """#V by 3 positions for #H by 3 targets, in object space."""
+        started = time.perf_counter()
         positions = self.rest.copy()
         with self.lock:
             info = self.solver.solve(targets[:, self.axes])
             positions[:, self.axes] = self.solver.positions()
+        self.last = LastSolve(info, time.perf_counter() - started)
         return positions, info
 
 
@@ -115,11 +131,16 @@ _registry_lock = threading.RLock()
 def current(obj: bpy.types.Object, scene: bpy.types.Scene) -> Live:
     """The solver that fits the object now, made where need be. Raises RigError if stale."""
     with _registry_lock:
-        _check_cheap(obj, scene)
+        check(obj, scene)
         live = _registry.get(obj.session_uid)
         if live is None or live.touched or live.options != solver_options(obj):
             live = _registry[obj.session_uid] = _refreshed(obj, live)
         return live
+
+
+def known(obj: bpy.types.Object) -> Live | None:
+    """The solver in memory, whether it still fits or not."""
+    return _registry.get(obj.session_uid)
 
 
 def keep(obj: bpy.types.Object, live: Live) -> None:
@@ -131,6 +152,13 @@ def touch(obj: bpy.types.Object) -> None:
     """Something about the object may have changed: look before its next pose."""
     if live := _registry.get(obj.session_uid):
         live.touched = True
+
+
+def invalidate(obj: bpy.types.Object) -> None:
+    """The same, and the pose that is shown may no longer be the one for its handles."""
+    touch(obj)
+    if POSED in obj.tug:
+        del obj.tug[POSED]
 
 
 def touch_all() -> None:
@@ -194,8 +222,8 @@ def _refreshed(obj: bpy.types.Object, live: Live | None) -> Live:
         raise RigError(f'"{obj.name}" cannot be solved: {error.reason}') from error
 
 
-def _check_cheap(obj: bpy.types.Object, scene: bpy.types.Scene) -> None:
-    """What can be told in microseconds of a rig that no longer is what was bound."""
+def check(obj: bpy.types.Object, scene: bpy.types.Scene) -> None:
+    """Raises RigError where the object is no longer what was bound, as far as microseconds tell."""
     inputs.check_object(obj)
     rig, keys = obj.tug, obj.data.shape_keys
     if not rig.bound:

@@ -22,7 +22,13 @@ from . import live
 
 
 def _changed(group: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    live.touch(group.id_data)
+    live.invalidate(group.id_data)
+    group.id_data.update_tag()
+
+
+def _set(group: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    """Without it Blender does not look at the object again when a script sets a property."""
+    group.id_data.update_tag()
 
 
 class TUG_PG_handle(bpy.types.PropertyGroup):
@@ -69,6 +75,13 @@ class TUG_PG_rig(bpy.types.PropertyGroup):
         name="Handles", description="Where new handles go", type=bpy.types.Collection
     )
 
+    live: BoolProperty(
+        name="Live",
+        description="Pose the mesh while its handles move. Renders are posed in any case",
+        default=True,
+        update=_set,
+        options=set(),
+    )
     form: EnumProperty(
         name="Method",
         description="How the shape keys are brought together",
@@ -83,6 +96,7 @@ class TUG_PG_rig(bpy.types.PropertyGroup):
             ),
         ),
         default="STEADY",
+        update=_set,
         options=set(),
     )
     selectivity: FloatProperty(
@@ -91,6 +105,7 @@ class TUG_PG_rig(bpy.types.PropertyGroup):
         default=0.5,
         min=0.0,
         soft_max=2.0,
+        update=_set,
         options=set(),
     )
     steadiness: FloatProperty(
@@ -99,6 +114,7 @@ class TUG_PG_rig(bpy.types.PropertyGroup):
         default=0.1,
         min=0.0,
         soft_max=1.0,
+        update=_set,
         options=set(),
     )
     group_count: IntProperty(
@@ -115,12 +131,14 @@ class TUG_PG_rig(bpy.types.PropertyGroup):
         name="One Blend",
         description="Use the same mixture of shape keys for the whole mesh",
         default=False,
+        update=_set,
         options=set(),
     )
     squared: BoolProperty(
         name="Soft Choice",
         description="Mix more shape keys at a time instead of settling on few",
         default=False,
+        update=_set,
         options=set(),
     )
     follow_nearest: BoolProperty(

@@ -94,7 +94,7 @@ def finish_bind(obj: bpy.types.Object, job: Job) -> BindSummary:
     Handles may have been pulled meanwhile. Raises RigError, and changes nothing, where anything
     else about the object is no longer what was read.
     """
-    now, built = plan_bind(obj), job.built
+    now, built, depsgraph = plan_bind(obj), job.built, bpy.context.evaluated_depsgraph_get()
     if built is None:
         raise ValueError("the job has not been built")
     if not now.agrees_with(job):
@@ -105,9 +105,10 @@ def finish_bind(obj: bpy.types.Object, job: Job) -> BindSummary:
             pose, _ = built.live.pose(now.targets)
     _drop_deleted_handles(obj)
     _keep_handles(obj, job, built.recipe.stored)
-    _keep_keys(obj, job.examples, pose)
+    _keep_keys(obj, job.examples)
     _keep_state(obj, job)
     live.keep(obj, built.live)
+    show(obj, pose, depsgraph)
     return BindSummary(
         vertices=len(pose),
         shapes=len(job.examples),
@@ -133,6 +134,7 @@ def unbind(obj: bpy.types.Object) -> None:
             obj.shape_key_remove(keys.key_blocks[rig.result])
     obj.driver_remove("tug.reach")
     rig.bound, rig.result = False, ""
+    live.invalidate(obj)
     live.forget(obj)
 
 
@@ -158,9 +160,30 @@ def shown(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, given: Solution
 def solve(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> SolveInfo:
     """Write the pose for the handles as `depsgraph` has them to the result key."""
     pose, info = _pose(obj, depsgraph)
+    show(obj, pose, depsgraph)
+    return info
+
+
+def follow(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
+    """`solve`, unless the result key already shows the pose for these handles and settings. What it
+    shows is kept with the object, so after undo, redo or load nothing is solved."""
+    live.check(obj, depsgraph.scene)
+    if obj.tug.get(live.POSED) != _asked(obj, depsgraph):
+        solve(obj, depsgraph)
+
+
+def show(obj: bpy.types.Object, pose: np.ndarray, depsgraph: bpy.types.Depsgraph) -> None:
+    """Write #V by 3 positions to the result key; they stay until handles or settings change."""
     result = obj.data.shape_keys.key_blocks[obj.tug.result]
     shape_keys.write(obj.data, result, pose)
-    return info
+    # No property of its own, as setting one would have Blender evaluate the object once more.
+    obj.tug[live.POSED] = _asked(obj, depsgraph)
+
+
+def _asked(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> str:
+    """Digest of what a pose depends on besides the model."""
+    targets = _targets(obj, obj.tug.handles, depsgraph)
+    return inputs.digest(targets, np.array([*live.solver_options(obj).values()], np.float64))
 
 
 def _pose(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[np.ndarray, SolveInfo]:
@@ -297,7 +320,7 @@ def _keep_handles(obj: bpy.types.Object, job: Job, stored: np.ndarray) -> None:
             handle.computed_weights = inputs.digest(stored[:, number])
 
 
-def _keep_keys(obj: bpy.types.Object, examples: Sequence[str], pose: np.ndarray) -> None:
+def _keep_keys(obj: bpy.types.Object, examples: Sequence[str]) -> None:
     rig, keys = obj.tug, obj.data.shape_keys
     before = inputs.bound_examples(obj)
     for name in set(before) - set(examples):
@@ -312,7 +335,6 @@ def _keep_keys(obj: bpy.types.Object, examples: Sequence[str], pose: np.ndarray)
     result = keys.key_blocks.get(rig.result) or shape_keys.add_result(obj)
     rig.result = result.name
     result.mute = False
-    shape_keys.write(obj.data, result, pose)
 
 
 def _unmute(obj: bpy.types.Object, name: str) -> None:

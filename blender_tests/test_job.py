@@ -125,6 +125,7 @@ def test_a_job_is_not_finished_on_an_object_that_was_edited_meanwhile(edit):
     obj = bound_rig()
     job = built_in_thread(rig.plan_bind(obj))
     edit(obj)
+    bpy.context.view_layer.update()  # the rig is posed anew
     before = state(obj)
     with pytest.raises(RigError, match='"Tube" was edited while it was being bound: bind it again'):
         rig.finish_bind(obj, job)
