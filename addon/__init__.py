@@ -13,19 +13,21 @@ def register() -> None:
     """Make Tug known to Blender. The library is not needed for it."""
     import bpy
 
-    from . import handlers, properties
+    from . import handlers, properties, ui
 
     properties.register()
     handlers.register()
+    ui.register()
     # As a module in Python, Blender crashes or hangs at exit over what is still registered.
     if not bpy.app.binary_path:
         atexit.register(unregister)
 
 
 def unregister() -> None:
-    from . import handlers, live, properties
+    from . import handlers, live, properties, ui
 
     atexit.unregister(unregister)
+    ui.unregister()
     handlers.unregister()
     properties.unregister()
     live.forget_all()

@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What an artist sees of Tug: panels, operators, menus, tools. Each module registers its own."""
+
+from __future__ import annotations
+
+from . import bind_operators
+
+MODULES = (bind_operators,)
+
+
+def register() -> None:
+    for module in MODULES:
+        module.register()
+
+
+def unregister() -> None:
+    for module in reversed(MODULES):
+        module.unregister()
