@@ -29,6 +29,10 @@ from .solver import Form, Model, SolveInfo, Solver
 # saved and undone with the key, so that neither undo nor load need a solve.
 POSED = "posed"
 
+# Of object.tug: the digest of handles and settings that the result key shows the pose for. It is
+# saved and undone with the key, so that neither undo nor load need a solve.
+POSED = "posed"
+
 
 @dataclass(frozen=True)
 class Recipe:
