@@ -1,16 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# make demo | test | bench | measurements | figures | build | lint | sanitize. Each installs what it
-# lacks and then calls CMake.
+# make demo | test | package | bench | measurements | figures | build | lint | sanitize. Each installs
+# what it lacks and then calls CMake. make package leaves the extension in build/package.
 # make test ONLY=words runs the steps with these words in their name; make figures ONLY="NAME..."
 # draws the figures of these names.
 
-.PHONY: demo test bench measurements figures build lint sanitize ready ready-for-tests
+.PHONY: demo test package bench measurements figures build lint sanitize ready ready-for-tests
 
 demo: build
 	python3 blender_tests/run_script.py sample_scenes/demo.py
 
 test: ready-for-tests
 	python3 .ci/test.py "$(ONLY)"
+
+package: build ready-for-tests
+	python3 packaging/package.py
 
 bench: build
 	python3 native/bench/in_environment.py bench.py

@@ -30,7 +30,8 @@ from blenders import (  # noqa: E402
     Blender,
     Root,
     UnavailableError,
-    provide_environment,
+    packaging_blender,
+    provide_tools,
 )
 
 LIBRARY = CHECKOUT / "build" / "release" / "libtug.so"
@@ -83,7 +84,7 @@ def c_style(_report: Path) -> list[list[str]]:
 
 
 def python_style(_report: Path) -> list[list[str]]:
-    ruff = str(Path(tools()).with_name("ruff"))
+    ruff = str(Path(provide_tools()).with_name("ruff"))
     return [
         [ruff, "check", "--no-cache", str(CHECKOUT)],
         [ruff, "format", "--no-cache", "--check", str(CHECKOUT)],
@@ -92,7 +93,7 @@ def python_style(_report: Path) -> list[list[str]]:
 
 def python_tests(report: Path) -> list[list[str]]:
     tests = str(CHECKOUT / "native" / "tests" / "python")
-    return [[tools(), "-m", "pytest", "-q", "-rs", f"--junitxml={report}", tests]]
+    return [[provide_tools(), "-m", "pytest", "-q", "-rs", f"--junitxml={report}", tests]]
 
 
 def blender_tests(blender: Blender) -> Callable[[Path], list[list[str]]]:
@@ -105,11 +106,21 @@ def blender_tests(blender: Blender) -> Callable[[Path], list[list[str]]]:
     return commands
 
 
+def packaging(_report: Path) -> list[list[str]]:
+    provide(packaging_blender())
+    return [[sys.executable, str(CHECKOUT / "packaging" / "package.py")]]
+
+
 def window_tests(root: Root) -> Callable[[Path], list[list[str]]]:
+    """Of the extension as it was packaged, not of the sources."""
+
     def commands(report: Path) -> list[list[str]]:
         provide(root)
+        extension = next((CHECKOUT / "build" / "package").glob("*.zip"), None)
+        if extension is None:
+            raise UnavailableError("the extension is not packaged")
         runner = CHECKOUT / "blender_tests" / "window" / "run.py"
-        return [root.window_command(runner, str(report))]
+        return [root.window_command(extension, runner, str(report))]
 
     return commands
 
@@ -121,12 +132,6 @@ def provide(blender: Blender) -> None:
         raise UnavailableError("libtug was linked to this system's CHOLMOD, which it lacks")
 
 
-def tools() -> str:
-    """The Python with ruff and what the Python tests import."""
-    requirements = CHECKOUT / "native" / "tests" / "python" / "requirements.txt"
-    return provide_environment("tools", requirements)
-
-
 STEPS = (
     Step("C style", c_style),
     Step("Python style", python_style),
@@ -135,6 +140,7 @@ STEPS = (
     Step("C, thread sanitizer", threaded_tests),
     Step("C, release", compiled_tests("release")),
     Step("Python without Blender", python_tests),
+    Step("Package, for windows", packaging, required=False),
 )
 BLENDER_STEPS = (
     *(Step(f"{b.name}, window", window_tests(b), False) for b in TESTED if isinstance(b, Root)),

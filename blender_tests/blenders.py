@@ -20,7 +20,7 @@ from typing import Protocol
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tug"
 CHECKOUT = Path(__file__).resolve().parent.parent
 OLDEST = (4, 2)
-SCREEN = (1024, 768)  # pixels of a display with a Blender in it
+SCREEN = "1024x768"  # pixels of a display with a Blender in it
 
 
 class UnavailableError(Exception):
@@ -43,15 +43,22 @@ class Blender(Protocol):
         ...
 
 
+class Program(Blender, Protocol):
+    """A Blender that is a program, not a Python module: `program()` starts it, followed by its own
+    options."""
+
+    def program(self) -> list[str]: ...
+
+
 def arguments(argv: list[str]) -> list[str]:
     """What `Blender.command` was given, from the sys.argv of the script."""
     return argv[argv.index("--") + 1 :] if "--" in argv else argv[1:]
 
 
-def background(executable: str, script: Path, arguments: tuple[str, ...]) -> list[str]:
+def background(script: Path, arguments: tuple[str, ...]) -> list[str]:
     # The exit code holds only for what stands after it.
     options = ["--background", "--factory-startup", "-noaudio", "--python-exit-code", "1"]
-    return [executable, *options, "--python", str(script), "--", *arguments]
+    return [*options, "--python", str(script), "--", *arguments]
 
 
 @dataclass(frozen=True)
@@ -67,8 +74,11 @@ class Installed:
     def provide(self) -> None:
         pass
 
+    def program(self) -> list[str]:
+        return [self.executable]
+
     def command(self, script: Path, *arguments: str) -> list[str]:
-        return background(self.executable, script, arguments)
+        return [*self.program(), *background(script, arguments)]
 
 
 @dataclass(frozen=True)
@@ -103,7 +113,7 @@ class Wheel:
 class Root:
     """Blender as a Debian suite packages it, unpacked with all it needs into a folder.
 
-    Scripts see the checkout and the test data, both read-only, and may write to build/results.
+    It sees the checkout and the test data, both read-only, and may write to build/.
     """
 
     suite: str
@@ -152,8 +162,8 @@ class Root:
             shutil.rmtree(folder / downloaded)
 
     def _sandbox(self) -> list[str]:
-        results = CHECKOUT / "build" / "results"
-        results.mkdir(parents=True, exist_ok=True)
+        build = CHECKOUT / "build"
+        build.mkdir(exist_ok=True)
         command = ["bwrap", "--unshare-all", "--die-with-parent"]
         for part in ("usr", "etc"):
             command += ["--ro-bind", str(self.folder / part), f"/{part}"]
@@ -162,27 +172,26 @@ class Root:
         command += ["--proc", "/proc", "--dev", "/dev", "--tmpfs", "/tmp", "--tmpfs", "/run"]
         for seen in (CHECKOUT, data_folder()):
             command += ["--ro-bind-try", str(seen), str(seen)]
-        command += ["--bind", str(results), str(results), "--chdir", str(CHECKOUT)]
+        command += ["--bind", str(build), str(build), "--chdir", str(CHECKOUT)]
         variables = {
             "HOME": "/tmp",
             "LIBGL_ALWAYS_SOFTWARE": "1",
-            "MESA_SHADER_CACHE_DIR": str(results / f"shaders-{self.suite}"),  # saves 10 s
+            "MESA_SHADER_CACHE_DIR": str(build / f"shaders-{self.suite}"),  # saves 10 s
         }
         for name, value in variables.items():
             command += ["--setenv", name, value]
         return command
 
-    def command(self, script: Path, *arguments: str) -> list[str]:
-        return [*self._sandbox(), *background("blender", script, arguments)]
+    def program(self) -> list[str]:
+        return [*self._sandbox(), "blender"]
 
-    def window_command(self, script: Path, *arguments: str) -> list[str]:
-        """The same with a window on a display of its own, where events can be simulated."""
-        width, height = map(str, SCREEN)
-        screen = f"-screen 0 {width}x{height}x24 +extension GLX +render -noreset"
-        options = ["--factory-startup", "-noaudio", "--enable-event-simulate"]
-        options += ["--window-geometry", "0", "0", width, height, "--python-exit-code", "1"]
-        blender = ["blender", *options, "--python", str(script), "--", *arguments]
-        return [*self._sandbox(), "xvfb-run", "-a", "-s", screen, *blender]
+    def command(self, script: Path, *arguments: str) -> list[str]:
+        return [*self.program(), *background(script, arguments)]
+
+    def window_command(self, extension: Path, script: Path, *arguments: str) -> list[str]:
+        """The command that installs the zip of an extension and runs `script` in a window."""
+        start = CHECKOUT / "blender_tests" / "window" / "start.sh"
+        return [*self._sandbox(), str(start), str(extension), SCREEN, str(script), *arguments]
 
 
 TESTED: tuple[Blender, ...] = (
@@ -196,12 +205,21 @@ TESTED: tuple[Blender, ...] = (
 
 def demo_blender() -> Blender:
     """$BLENDER, else a `blender` on PATH that is new enough, else the newest wheel."""
+    return installed() or [blender for blender in TESTED if isinstance(blender, Wheel)][-1]
+
+
+def packaging_blender() -> Program:
+    """$BLENDER, else a `blender` on PATH that is new enough, else the newest of Debian's."""
+    return installed() or [blender for blender in TESTED if isinstance(blender, Root)][-1]
+
+
+def installed() -> Installed | None:
     if executable := os.environ.get("BLENDER"):
         return Installed(executable)
     executable = shutil.which("blender")
     if executable and version_of(executable) >= OLDEST:
         return Installed(executable)
-    return [blender for blender in TESTED if isinstance(blender, Wheel)][-1]
+    return None
 
 
 def version_of(*command: str) -> tuple[int, int]:
@@ -248,6 +266,13 @@ def provide_environment(name: str, requirements: Path) -> str:
             folder, lambda empty: make_environment(empty, find_python(), "-r", str(requirements))
         )
     return str(folder / "bin" / "python")
+
+
+def provide_tools() -> str:
+    """The Python with ruff and what the Python tests import."""
+    return provide_environment(
+        "tools", CHECKOUT / "native" / "tests" / "python" / "requirements.txt"
+    )
 
 
 def find_python() -> str:

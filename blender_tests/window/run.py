@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""run.py REPORT [WORD]: runs the tests of this folder, or those with WORD in their name, inside a
-Blender with a window; the JUnit report goes to REPORT, pictures beside it.
+"""run.py REPORT [WORD]: runs the tests of this folder, or those with WORD in their name, in a
+window of a Blender in which the extension is installed. The JUnit report goes to REPORT, pictures
+beside it.
 
 A test is a generator function `test_*(ui)` in a file `test_*.py`. Each `yield` lets Blender handle
 the events that were queued and draw; a yielded number waits that many seconds more. Every test
@@ -12,6 +13,7 @@ from __future__ import annotations
 
 import importlib
 import os
+import pkgutil
 import shutil
 import sys
 import time
@@ -39,12 +41,18 @@ EMPTY_ROUNDS = 1  # of the timer after each step, for handlers to run before a t
 def main() -> None:
     report, word = Path(arguments(sys.argv)[0]), "".join(arguments(sys.argv)[1:])
     set_preferences()
-    import addon
-
-    addon.register()
+    use_installed("bl_ext.user_default.tug")
     console = Console(report.with_suffix(".console"))
     session = Session(tests(word), Report(report), console)
     bpy.app.timers.register(session.step, first_interval=0.3, persistent=True)
+
+
+def use_installed(name: str) -> None:
+    """Let `addon` and its modules mean the installed extension, here and in the sample scenes."""
+    installed = importlib.import_module(name)
+    modules = pkgutil.walk_packages(installed.__path__, f"{name}.")
+    for found in (name, *(module.name for module in modules)):
+        sys.modules["addon" + found.removeprefix(name)] = importlib.import_module(found)
 
 
 def tests(word: str) -> list[tuple[str, Test]]:
