@@ -82,6 +82,11 @@ FUNCTIONS: dict[str, tuple] = {
         *(native.Status, c_int32, POINTER(tug_baseline_problem), POINTER(tug_baseline_options)),
         POINTER(POINTER(tug_baseline)),
     ),
+    # tug_status tug_baseline_change_rows(tug_baseline *baseline, const tug_rows *rows,
+    #                                     const double *firmness);
+    "tug_baseline_change_rows": (
+        *(native.Status, POINTER(tug_baseline), POINTER(native.tug_rows), native.Vector),
+    ),
     # void tug_baseline_destroy(tug_baseline *baseline);
     "tug_baseline_destroy": (None, POINTER(tug_baseline)),
     # tug_status tug_baseline_solve(tug_baseline *baseline, const double *targets,
@@ -141,7 +146,7 @@ class Baseline:
             np.ascontiguousarray(array, np.int32) for array in (triangles, handles, groups)
         )
         self.shape_count, self.vertex_count, self.dimension = shapes.shape
-        self.handle_count = len(handles)
+        self.row_count = len(handles)
         if len(weights) != self.vertex_count or groups.shape != (len(triangles),):
             raise ValueError("weights must have a row for each vertex, groups one for each face")
         problem = tug_baseline_problem(
@@ -162,8 +167,8 @@ class Baseline:
     def solve(self, targets: np.ndarray) -> Info:
         """Find the pose for targets, #H by k, from a cold start."""
         targets = np.ascontiguousarray(targets, np.float64)
-        if targets.shape != (self.handle_count, self.dimension):
-            raise ValueError(f"targets must be {self.handle_count} by {self.dimension}")
+        if targets.shape != (self.row_count, self.dimension):
+            raise ValueError(f"targets must be {self.row_count} by {self.dimension}")
         info = tug_baseline_info()
         library().tug_baseline_solve(self._baseline, targets, byref(info))
         return Info(bool(info.converged), info.rounds, info.objective, info.residual, info.increase)
@@ -220,6 +225,18 @@ class ReducedDeformable(Baseline):
     """Der et al. 2006: MeshIK on a skinned model of the rest shape."""
 
     number = 4
+
+    def change_rows(self, rows: Rows, firmness: np.ndarray) -> None:
+        """Hold it by these rows from here on, softly: see addon.solver.Model.change_rows."""
+        firmness = np.ascontiguousarray(firmness, np.float64)
+        if firmness.shape != (len(rows),):
+            raise ValueError(f"the firmness must be {len(rows)} numbers, not {firmness.shape}")
+        given = native.tug_rows(
+            *(_pointer(rows.starts, c_int32), _pointer(rows.vertices, c_int32)),
+            *(_pointer(rows.values, c_double), len(rows)),
+        )
+        library().tug_baseline_change_rows(self._baseline, byref(given), firmness)
+        self.row_count = len(rows)
 
 
 class BlendShapes(Baseline):

@@ -98,6 +98,61 @@ static void bad_questions_are_refused(void)
     tug_baseline_destroy(NULL);
 }
 
+static void bad_rows_are_refused(void)
+{
+    fixture f;
+    make_strip(&f);
+    double firmness[MAX_WEIGHTS] = {1.0, 1.0, 1.0}, too_firm[MAX_WEIGHTS] = {1.0, 1.0, 1e9};
+    tug_rows rows = {f.row_starts, f.row_vertices, f.row_values, f.rows}, none = rows;
+    none.count = 0;
+    tug_baseline_problem problem = problem_of(&f);
+    tug_baseline_options options;
+    tug_baseline_default_options(&options);
+    for (int32_t method = 0; method < METHOD_COUNT; method++) {
+        tug_baseline *baseline;
+        CHECK(tug_baseline_create(method, &problem, &options, &baseline) == TUG_OK);
+        int can = method == TUG_BASELINE_REDUCED_DEFORMABLE;
+#define CHANGED(rows, firmness) (tug_baseline_change_rows(baseline, rows, firmness) == TUG_OK)
+        CHECK(CHANGED(&rows, firmness) == can);
+        CHECK(!CHANGED(NULL, firmness) && !CHANGED(&rows, NULL) && !CHANGED(&none, firmness));
+        CHECK(!CHANGED(&rows, too_firm));
+        tug_baseline_destroy(baseline);
+    }
+    CHECK(tug_baseline_change_rows(NULL, &rows, firmness) == TUG_ERROR_ARGUMENT);
+}
+
+/* Each allocation in turn fails: rows are changed, or stay as they were. */
+static void failed_changes_change_nothing(void)
+{
+    fixture f;
+    make_strip(&f);
+    double firmness[MAX_WEIGHTS] = {1.0, 1.0, 1.0}, targets[3 * MAX_WEIGHTS];
+    static double before[MAX_COORDINATES], after[MAX_COORDINATES];
+    tug_rows rows = {f.row_starts, f.row_vertices, f.row_values, 2};
+    tug_baseline_problem problem = problem_of(&f);
+    tug_baseline_options options;
+    tug_baseline *baseline;
+    tug_baseline_default_options(&options);
+    tug_baseline_create(TUG_BASELINE_REDUCED_DEFORMABLE, &problem, &options, &baseline);
+    apply_rows(&f, f.shape, targets);
+    targets[0] += 0.1;
+    CHECK(tug_baseline_solve(baseline, targets, NULL) == TUG_OK);
+    tug_baseline_get_positions(baseline, before);
+    tug_status status = TUG_ERROR_MEMORY;
+    for (long successes = 0; status != TUG_OK; successes++) {
+        long live = live_allocations();
+        fail_allocations_after(successes);
+        status = tug_baseline_change_rows(baseline, &rows, firmness);
+        fail_allocations_after(-1);
+        CHECK(status == TUG_OK || status == TUG_ERROR_MEMORY);
+        CHECK(live_allocations() == live);
+        CHECK(tug_baseline_solve(baseline, targets, NULL) == TUG_OK);
+        tug_baseline_get_positions(baseline, after);
+        CHECK((pose_distance(&f, before, after) == 0.0) == (status != TUG_OK));
+    }
+    tug_baseline_destroy(baseline);
+}
+
 /* Each allocation in turn fails: the call says so and leaves nothing behind. */
 static void failed_allocations_leave_nothing(void)
 {
@@ -123,6 +178,8 @@ int main(int argc, char **argv)
 {
     RUN(bad_arguments_are_refused);
     RUN(bad_questions_are_refused);
+    RUN(bad_rows_are_refused);
+    RUN(failed_changes_change_nothing);
     RUN(failed_allocations_leave_nothing);
     return TEST_RESULT;
 }

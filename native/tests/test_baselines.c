@@ -450,6 +450,57 @@ static void weights_are_stationary(void)
     }
 }
 
+/* Half of firmness times the squared distances of the fixture's rows from the targets. */
+static double measure_rows(const bench *b, double firmness)
+{
+    double rows[3 * MAX_WEIGHTS], sum = 0.0;
+    apply_rows(&b->f, b->positions, rows);
+    for (int32_t i = 0; i < b->f.rows * b->f.dimension; i++) {
+        sum += 0.5 * firmness * (rows[i] - b->targets[i]) * (rows[i] - b->targets[i]);
+    }
+    return sum;
+}
+
+static void soften_rows(bench *b, double firmness)
+{
+    double each[MAX_WEIGHTS];
+    for (int32_t r = 0; r < b->f.rows; r++) {
+        each[r] = firmness;
+    }
+    tug_rows rows = {b->f.row_starts, b->f.row_vertices, b->f.row_values, b->f.rows};
+    CHECK(tug_baseline_change_rows(b->baseline, &rows, each) == TUG_OK);
+}
+
+/* The objective of soft rows is that of the pose and of the rows; the firmer they are the more it
+ * is, but no more than where they are pinned, and the nearer they come. */
+static void rows_can_be_soft(void)
+{
+    uint64_t random = 38;
+    for (int i = 0; i < 3; i++) {
+        bench b;
+        feature_set features;
+        make_numbered(&b.f, i);
+        prepare(&b, TUG_BASELINE_REDUCED_DEFORMABLE);
+        take_features(&b, &features);
+        mix_targets(&b.f, &random, 0.05, b.targets);
+        CHECK(solve(&b));
+        double pinned = b.info.objective, last = 0.0, apart = INFINITY;
+        for (double firmness = 1e-3; firmness <= 1e3; firmness *= 100.0) {
+            soften_rows(&b, firmness);
+            CHECK(solve(&b) && b.info.converged);
+            double energy = measure_features(&b, &features, b.blend) + measure_rows(&b, firmness);
+            CHECK_NEAR(energy / b.info.objective, 1.0, 1e-4);
+            CHECK(b.info.objective > last && b.info.objective < pinned);
+            CHECK(measure_rows(&b, 1.0) < apart);
+            last = b.info.objective;
+            apart = measure_rows(&b, 1.0);
+        }
+        CHECK_NEAR(last / pinned, 1.0, 1e-2);
+        features_destroy(&features);
+        tug_baseline_destroy(b.baseline);
+    }
+}
+
 /* No vertex of MeshIK's pose can lower its energy. */
 static void vertices_are_stationary(void)
 {
@@ -521,6 +572,7 @@ int main(int argc, char **argv)
     RUN(single_shapes_are_rigid);
     RUN(local_and_global_steps_reach_newton);
     RUN(weights_are_stationary);
+    RUN(rows_can_be_soft);
     RUN(vertices_are_stationary);
     RUN(blend_shapes_are_optimal);
     return TEST_RESULT;

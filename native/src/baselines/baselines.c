@@ -165,13 +165,37 @@ tug_status tug_baseline_create(int32_t method, const tug_baseline_problem *probl
     baseline->method = methods[method];
     baseline->options = *options;
     baseline->shape_count = problem->shape_count;
-    baseline->handle_count = problem->handle_count;
+    baseline->row_count = problem->handle_count;
     status = build(baseline, problem);
     if (status != TUG_OK) {
         tug_baseline_destroy(baseline);
         return status;
     }
     *out = baseline;
+    return TUG_OK;
+}
+
+tug_status tug_baseline_change_rows(tug_baseline *baseline, const tug_rows *rows,
+                                    const double *firmness)
+{
+    REQUIRE_POINTER("tug_baseline_change_rows", baseline);
+    REQUIRE_POINTER("tug_baseline_change_rows", rows);
+    REQUIRE_POINTER("tug_baseline_change_rows", firmness);
+    REQUIRE(baseline->method->change_rows != NULL,
+            "tug_baseline_change_rows: this method knows handles alone");
+    REQUIRE(rows->count > 0, "tug_baseline_change_rows: there are no rows");
+    double *Y = allocate((size_t)(rows->count * baseline->mesh->dimension), sizeof *Y);
+    if (Y == NULL) {
+        return fail_memory();
+    }
+    tug_status status = baseline->method->change_rows(baseline->state, rows, firmness);
+    if (status != TUG_OK) {
+        release(Y);
+        return status;
+    }
+    release(baseline->Y);
+    baseline->Y = Y;
+    baseline->row_count = rows->count;
     return TUG_OK;
 }
 
@@ -197,7 +221,7 @@ tug_status tug_baseline_solve(tug_baseline *baseline, const double *targets,
     tug_baseline_info own = {.struct_size = sizeof own}, *to = info != NULL ? info : &own;
     REQUIRE_SIZE("tug_baseline_solve", to);
     int32_t k = baseline->mesh->dimension;
-    size_t count = (size_t)(baseline->handle_count * k);
+    size_t count = (size_t)(baseline->row_count * k);
     REQUIRE(find_not_finite(targets, count) < 0, "tug_baseline_solve: a target is not finite");
     for (size_t i = 0; i < count; i++) {
         baseline->Y[i] = (targets[i] - baseline->middle[i % (size_t)k]) / baseline->unit;

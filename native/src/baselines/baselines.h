@@ -67,10 +67,16 @@ TUG_API void tug_baseline_default_options(tug_baseline_options *options);
 TUG_API tug_status tug_baseline_create(int32_t method, const tug_baseline_problem *problem,
                                        const tug_baseline_options *options, tug_baseline **out);
 
+/* Hold the method by these rows from here on, softly, in place of its handles: see tug_change_rows.
+ * TUG_BASELINE_REDUCED_DEFORMABLE alone; the others know pinned vertices only. firmness: #H. A call
+ * that fails changes nothing. */
+TUG_API tug_status tug_baseline_change_rows(tug_baseline *baseline, const tug_rows *rows,
+                                            const double *firmness);
+
 /* NULL is allowed. */
 TUG_API void tug_baseline_destroy(tug_baseline *baseline);
 
-/* Find the pose for handle positions. targets: #H by k. */
+/* Find the pose for positions of the handles or rows. targets: #H by k. */
 TUG_API tug_status tug_baseline_solve(tug_baseline *baseline, const double *targets,
                                       tug_baseline_info *info);
 

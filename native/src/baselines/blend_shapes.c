@@ -154,8 +154,8 @@ static void find_positions(const tug_baseline *baseline, double *positions)
             positions[i] += baseline->blend[s] * shape[i];
         }
     }
-    add_product(n, k, baseline->handle_count, 1.0, b->spread, baseline->handle_count, b->left, k,
+    add_product(n, k, baseline->row_count, 1.0, b->spread, baseline->row_count, b->left, k,
                 positions, k);
 }
 
-const baseline_method blend_shapes_method = {create, destroy, solve, find_positions};
+const baseline_method blend_shapes_method = {create, destroy, solve, find_positions, NULL};

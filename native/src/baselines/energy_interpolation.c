@@ -74,4 +74,4 @@ static void find_positions(const tug_baseline *baseline, double *positions)
     single_shape_positions(all->shapes + all->best, positions);
 }
 
-const baseline_method energy_interpolation_method = {create, destroy, solve, find_positions};
+const baseline_method energy_interpolation_method = {create, destroy, solve, find_positions, NULL};

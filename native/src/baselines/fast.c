@@ -35,4 +35,4 @@ static void find_positions(const tug_baseline *baseline, double *positions)
     single_shape_positions(baseline->state, positions);
 }
 
-const baseline_method fast_method = {create, destroy, solve, find_positions};
+const baseline_method fast_method = {create, destroy, solve, find_positions, NULL};

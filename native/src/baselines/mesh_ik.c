@@ -100,7 +100,7 @@ static int allocate_room(mesh_ik *m, const tug_baseline_problem *problem)
 
 static void number_unknowns(mesh_ik *m)
 {
-    for (int32_t h = 0; h < m->baseline->handle_count; h++) {
+    for (int32_t h = 0; h < m->baseline->row_count; h++) {
         m->row_of[m->baseline->handles[h]] = -1 - h;
     }
     for (int32_t v = 0; v < m->baseline->mesh->vertex_count; v++) {
@@ -115,7 +115,7 @@ static int32_t nearest_handle(const tug_baseline *baseline, int32_t vertex)
     const double *p = baseline->mesh->vertices;
     int32_t k = baseline->mesh->dimension, best = 0;
     double least = INFINITY;
-    for (int32_t h = 0; h < baseline->handle_count; h++) {
+    for (int32_t h = 0; h < baseline->row_count; h++) {
         double squares = 0.0;
         for (int32_t a = 0; a < k; a++) {
             double difference = p[baseline->handles[h] * k + a] - p[vertex * k + a];
@@ -134,7 +134,7 @@ static tug_status tie_components(mesh_ik *m)
     if (held == NULL) {
         return fail_memory();
     }
-    for (int32_t h = 0; h < m->baseline->handle_count; h++) {
+    for (int32_t h = 0; h < m->baseline->row_count; h++) {
         held[mesh->component[m->baseline->handles[h]]] = 1;
     }
     for (int32_t v = 0; v < mesh->vertex_count; v++) {
@@ -443,4 +443,4 @@ static void find_positions(const tug_baseline *baseline, double *positions)
     memcpy(positions, m->q, (size_t)(m->L.size * m->features.k) * sizeof *positions);
 }
 
-const baseline_method mesh_ik_method = {create, destroy, solve, find_positions};
+const baseline_method mesh_ik_method = {create, destroy, solve, find_positions, NULL};

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* What a method is to the public calls: four functions on a state of its own. */
+/* What a method is to the public calls: functions on a state of its own. */
 #ifndef TUG_BASELINES_METHOD_H
 #define TUG_BASELINES_METHOD_H
 
@@ -16,6 +16,8 @@ typedef struct baseline_method {
      * before. */
     tug_status (*solve)(tug_baseline *baseline, tug_baseline_info *info);
     void (*find_positions)(const tug_baseline *baseline, double *positions);
+    /* NULL where the method cannot. Changes nothing where it fails. */
+    tug_status (*change_rows)(void *state, const tug_rows *rows, const double *firmness);
 } baseline_method;
 
 extern const baseline_method fast_method, energy_interpolation_method, nonlinear_shape_space_method,
@@ -25,13 +27,13 @@ struct tug_baseline {
     const baseline_method *method;
     void *state;
     tug_baseline_options options;
-    int32_t shape_count, handle_count;
-    double unit, middle[3]; /* the rest shape's diagonal and mean, the caller's units */
-    tug_mesh *mesh;         /* of the rest shape */
-    double *shapes;         /* #S by #V by k */
-    int32_t *handles;       /* #H */
-    double *Y;              /* #H by k */
-    double *blend;          /* #S */
+    int32_t shape_count, row_count; /* a row for each handle, until they are changed */
+    double unit, middle[3];         /* the rest shape's diagonal and mean, the caller's units */
+    tug_mesh *mesh;                 /* of the rest shape */
+    double *shapes;                 /* #S by #V by k */
+    int32_t *handles;               /* those of the problem */
+    double *Y;                      /* #H by k */
+    double *blend;                  /* #S */
     int solved;
 };
 

@@ -147,7 +147,7 @@ static tug_status find_stiffness(const tug_mesh *mesh, const dictionary *D, doub
 static tug_status eliminate(const tug_baseline *baseline, shape_space *p)
 {
     const dictionary *D = &p->model->dictionary;
-    int32_t b = dictionary_columns(D), h = baseline->handle_count;
+    int32_t b = dictionary_columns(D), h = baseline->row_count;
     size_t size = (size_t)b;
     double *L = allocate(size * size, sizeof *L), *X = allocate((size_t)h * size, sizeof *X);
     tug_status status = L != NULL && X != NULL ? TUG_OK : fail_memory();
@@ -361,4 +361,4 @@ static void find_positions(const tug_baseline *baseline, double *positions)
     find_pose(&p->model->dictionary, p->T, p->model->header.unit, positions);
 }
 
-const baseline_method nonlinear_shape_space_method = {create, destroy, solve, find_positions};
+const baseline_method nonlinear_shape_space_method = {create, destroy, solve, find_positions, NULL};

@@ -10,8 +10,10 @@
  * function of w alone: the rotations of the single-shape problem are these matrices here.
  *
  * Against the paper: the controls are the handles' affine transforms with their weight functions,
- * not bones found from the examples; a cluster's gradient is held against all of its triangles
- * rather than one; handles hold exactly. */
+ * or bones where the caller gives their weights; a cluster's gradient is held against all of its
+ * triangles rather than one. Handles hold exactly, or rows softly:
+ *
+ *     + 1/2 sum_r beta_r |(H x - Y)_r|^2    in place of    H x = Y. */
 #include "dense/dense.h"
 #include "dense/rotation.h"
 #include "features.h"
@@ -70,11 +72,10 @@ static int allocate_room(reduced *r, const tug_baseline_problem *problem)
     r->CdV = allocate(S * block, sizeof *r->CdV);
     size_t unknowns = (size_t)problem->weight_count * (1 + k);
     r->T = allocate(unknowns * k, sizeof *r->T);
-    r->recovery = allocate((2 * unknowns + (size_t)problem->handle_count) * k, sizeof *r->recovery);
     int room = features_create(problem->dimension, problem->group_count, problem->shape_count,
                                &r->features);
     room &= weight_workspace_create(problem->shape_count, &r->weights);
-    return room && r->pull && r->V && r->CV && r->dM && r->dV && r->CdV && r->T && r->recovery;
+    return room && r->pull && r->V && r->CV && r->dM && r->dV && r->CdV && r->T;
 }
 
 static void store_transposed(int32_t k, const double *M, double *transposed)
@@ -145,6 +146,30 @@ static tug_status find_features(const tug_baseline *baseline, const tug_baseline
     return TUG_OK;
 }
 
+/* Takes the model, also where it fails. */
+static tug_status take_model(reduced *r, tug_model *model)
+{
+    size_t size = recovery_size(&model->shape->energy, r->features.k);
+    double *recovery = allocate(size, sizeof *recovery);
+    if (recovery == NULL) {
+        model_destroy(model);
+        return fail_memory();
+    }
+    model_destroy(r->model);
+    release(r->recovery);
+    r->model = model;
+    r->recovery = recovery;
+    return TUG_OK;
+}
+
+static tug_status change_rows(void *state, const tug_rows *rows, const double *firmness)
+{
+    reduced *r = state;
+    tug_model *model;
+    tug_status status = tug_change_rows(r->model, rows, firmness, &model);
+    return status == TUG_OK ? take_model(r, model) : status;
+}
+
 static tug_status create(const tug_baseline *baseline, const tug_baseline_problem *problem,
                          void **state)
 {
@@ -152,7 +177,11 @@ static tug_status create(const tug_baseline *baseline, const tug_baseline_proble
     if (r == NULL || !allocate_room(r, problem)) {
         return fail_memory();
     }
-    tug_status status = create_subspace(baseline, problem, 0, 1, &r->model);
+    tug_model *model;
+    tug_status status = create_subspace(baseline, problem, 0, 1, &model);
+    if (status == TUG_OK) {
+        status = take_model(r, model);
+    }
     return status == TUG_OK ? find_features(baseline, problem, r) : status;
 }
 
@@ -228,4 +257,5 @@ static void find_positions(const tug_baseline *baseline, double *positions)
     find_pose(&r->model->dictionary, r->T, r->model->header.unit, positions);
 }
 
-const baseline_method reduced_deformable_method = {create, destroy, solve, find_positions};
+const baseline_method reduced_deformable_method = {create, destroy, solve, find_positions,
+                                                   change_rows};
