@@ -74,8 +74,19 @@ class Mesh(Owner):
         none. O(#V log #V)."""
         sources = np.ascontiguousarray(sources, np.int32)
         distances = np.empty(self.vertex_count)
-        native.library().tug_find_distances(self._pointer, sources, len(sources), distances)
+        native.library().tug_find_distances(self._pointer, sources, len(sources), distances, None)
         return distances
+
+    def nearest_sources(self, sources: Sequence[int]) -> np.ndarray:
+        """#V, which of the sources, counted from 0, is nearest along the edges; -1 in a component
+        that has none. O(#V log #V)."""
+        sources = np.ascontiguousarray(sources, np.int32)
+        distances, nearest = np.empty(self.vertex_count), np.empty(self.vertex_count, np.int32)
+        native.library().tug_find_distances(
+            *(self._pointer, sources, len(sources), distances),
+            nearest.ctypes.data_as(POINTER(c_int32)),
+        )
+        return nearest
 
     def areas(self) -> np.ndarray:
         """#V Voronoi areas, which sum to the area of the mesh. O(#F)."""
@@ -133,10 +144,11 @@ class Rows:
     @classmethod
     def discs(cls, mesh: Mesh, vertices: Sequence[int], radius: float | Sequence[float]) -> Self:
         """One row for each vertex: the mean position of all that is no farther from it along the
-        edges than `radius`, one for all or one for each, by Voronoi area. O(#V log #V) a row."""
+        edges than `radius`, one for all or one for each, by Voronoi area. O(#V log #V) a vertex."""
         areas, rows = mesh.areas(), []
+        distances = {vertex: mesh.distances([vertex]) for vertex in dict.fromkeys(vertices)}
         for vertex, reach in np.broadcast(vertices, radius):
-            near = np.flatnonzero(mesh.distances([vertex]) <= reach)
+            near = np.flatnonzero(distances[vertex] <= reach)
             if not len(near):
                 raise ValueError(f"the disc around vertex {vertex} has a radius of {reach}")
             rows.append((near, areas[near] / areas[near].sum()))

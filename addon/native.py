@@ -241,8 +241,10 @@ FUNCTIONS: dict[str, tuple] = {
     #                                int32_t *vertices);
     "tug_spread_vertices": (Status, POINTER(tug_mesh), c_int32, c_int32, Indices),
     # tug_status tug_find_distances(const tug_mesh *mesh, const int32_t *sources, int32_t count,
-    #                               double *distances);
-    "tug_find_distances": (Status, POINTER(tug_mesh), Indices, c_int32, Vector),
+    #                               double *distances, int32_t *nearest);
+    "tug_find_distances": (
+        *(Status, POINTER(tug_mesh), Indices, c_int32, Vector, POINTER(c_int32)),
+    ),
     # tug_status tug_find_areas(const tug_mesh *mesh, double *areas);
     "tug_find_areas": (Status, POINTER(tug_mesh), Vector),
     # tug_status tug_get_cotangents(const tug_mesh *mesh, double *half_cotangents);

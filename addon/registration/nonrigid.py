@@ -213,13 +213,13 @@ class _Fit:
 def _patches(mesh: Mesh, count: int) -> np.ndarray:
     """For each vertex which of at most `count` spread vertices is nearest along the surface."""
     centres = mesh.spread(min(count, mesh.vertex_count))
-    distances = np.array([mesh.distances([centre]) for centre in centres])
-    if np.isinf(distances.min(axis=0)).any():
+    patch = mesh.nearest_sources(centres)
+    if (patch < 0).any():
         raise ValueError(
             f"the mesh has {mesh.components().max() + 1} parts that are not connected, and can be "
             f"fitted by {count} patches at most: join parts or delete small ones"
         )
-    return np.argmin(distances, axis=0)
+    return patch
 
 
 def _check(

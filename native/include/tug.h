@@ -108,9 +108,10 @@ TUG_API tug_status tug_spread_vertices(const tug_mesh *mesh, int32_t first, int3
                                        int32_t *vertices);
 
 /* Distances along the edges from the nearest of some vertices; INFINITY in a component that has
- * none. Never below the distances along the surface. distances: #V. O(#V log #V). */
+ * none. Never below the distances along the surface. distances: #V. nearest: #V, which of the
+ * sources that is, counted from 0, and -1 where there is none; may be NULL. O(#V log #V). */
 TUG_API tug_status tug_find_distances(const tug_mesh *mesh, const int32_t *sources, int32_t count,
-                                      double *distances);
+                                      double *distances, int32_t *nearest);
 
 /* The Voronoi area of each vertex: of the surface that is nearer to it than to the other corners of
  * its triangles; of a triangle with an obtuse angle half goes to that corner, a quarter to each

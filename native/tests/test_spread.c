@@ -91,13 +91,16 @@ static void distances_are_those_of_the_shortest_paths(void)
         find_distances(&f, distance);
         tug_mesh *mesh = make_mesh(&f);
         double found[MAX_VERTICES];
+        int32_t nearest[MAX_VERTICES];
         for (int32_t v = 0; v < f.vertices; v++) {
             const int32_t sources[] = {v, (7 * v) % f.vertices, v}; /* one of them twice */
             for (int32_t count = 1; count <= 3; count++) {
-                CHECK(tug_find_distances(mesh, sources, count, found) == TUG_OK);
+                CHECK(tug_find_distances(mesh, sources, count, found, nearest) == TUG_OK);
                 for (int32_t u = 0; u < f.vertices; u++) {
                     double expected = distance_from(distance, f.vertices, sources, count, u);
                     CHECK_NEAR(found[u], expected, 1e-12);
+                    int32_t own = sources[nearest[u]];
+                    CHECK_NEAR(distance[own * f.vertices + u], expected, 1e-12);
                 }
             }
         }
@@ -142,9 +145,11 @@ static void components_come_before_distances(void)
     CHECK(seen[0] == 1 && seen[1] == 1 && seen[2] == 1);
     CHECK(samples[3] / 3 == 0);
     double distances[9];
-    CHECK(tug_find_distances(mesh, samples, 1, distances) == TUG_OK);
+    int32_t nearest[9];
+    CHECK(tug_find_distances(mesh, samples, 1, distances, nearest) == TUG_OK);
     for (int i = 0; i < 9; i++) {
         CHECK(isfinite(distances[i]) == (i / 3 == 1)); /* there is no way to other components */
+        CHECK(nearest[i] == (i / 3 == 1 ? 0 : -1));
     }
     tug_destroy_mesh(mesh);
 }

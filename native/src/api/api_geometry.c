@@ -71,7 +71,7 @@ tug_status tug_spread_vertices(const tug_mesh *mesh, int32_t first, int32_t coun
 }
 
 tug_status tug_find_distances(const tug_mesh *mesh, const int32_t *sources, int32_t count,
-                              double *distances)
+                              double *distances, int32_t *nearest)
 {
     REQUIRE_POINTER("tug_find_distances", mesh);
     REQUIRE_POINTER("tug_find_distances", sources);
@@ -81,7 +81,7 @@ tug_status tug_find_distances(const tug_mesh *mesh, const int32_t *sources, int3
         REQUIRE(sources[i] >= 0 && sources[i] < mesh->vertex_count,
                 "tug_find_distances: there is no vertex %d", sources[i]);
     }
-    return find_distances(mesh, sources, count, distances);
+    return find_distances(mesh, sources, count, distances, nearest);
 }
 
 tug_status tug_find_areas(const tug_mesh *mesh, double *areas)

@@ -9,6 +9,7 @@
 void edge_distance_free(edge_distance *d)
 {
     release(d->distance);
+    release(d->source);
     release(d->starts);
     release(d->neighbours);
     release(d->heap);
@@ -19,11 +20,12 @@ static int allocate_arrays(edge_distance *d)
 {
     size_t n = (size_t)d->mesh->vertex_count;
     d->distance = allocate(n, sizeof *d->distance);
+    d->source = allocate(n, sizeof *d->source);
     d->starts = allocate(n + 1, sizeof *d->starts);
     d->neighbours = allocate(6 * (size_t)d->mesh->triangle_count, sizeof *d->neighbours);
     d->heap = allocate(n, sizeof *d->heap);
     d->place = allocate(n, sizeof *d->place);
-    return d->distance && d->starts && d->neighbours && d->heap && d->place;
+    return d->distance && d->source && d->starts && d->neighbours && d->heap && d->place;
 }
 
 static void list_neighbours(edge_distance *d)
@@ -80,12 +82,13 @@ static int32_t take_nearest(edge_distance *d)
     return nearest;
 }
 
-static void approach(edge_distance *d, int32_t vertex, double distance)
+static void approach(edge_distance *d, int32_t vertex, double distance, int32_t source)
 {
     if (distance >= d->distance[vertex]) {
         return;
     }
     d->distance[vertex] = distance;
+    d->source[vertex] = source;
     if (d->place[vertex] < 0) {
         put(d, d->heap_size++, vertex);
     }
@@ -125,7 +128,7 @@ tug_status edge_distance_create(const tug_mesh *mesh, edge_distance *out)
 
 void add_source(edge_distance *d, int32_t vertex)
 {
-    approach(d, vertex, 0.0);
+    approach(d, vertex, 0.0, vertex);
 }
 
 void follow_sources(edge_distance *d)
@@ -134,13 +137,26 @@ void follow_sources(edge_distance *d)
         int32_t vertex = take_nearest(d);
         for (int32_t e = d->starts[vertex]; e < d->starts[vertex + 1]; e++) {
             int32_t other = d->neighbours[e];
-            approach(d, other, d->distance[vertex] + edge_length(d->mesh, vertex, other));
+            double distance = d->distance[vertex] + edge_length(d->mesh, vertex, other);
+            approach(d, other, distance, d->source[vertex]);
         }
     }
 }
 
+/* nearest: for each vertex the place of its source, or -1. Takes the empty heap's places. */
+static void number_sources(edge_distance *d, const int32_t *sources, int32_t count,
+                           int32_t *nearest)
+{
+    for (int32_t i = count - 1; i >= 0; i--) {
+        d->place[sources[i]] = i;
+    }
+    for (int32_t v = 0; v < d->mesh->vertex_count; v++) {
+        nearest[v] = d->distance[v] < INFINITY ? d->place[d->source[v]] : -1;
+    }
+}
+
 tug_status find_distances(const tug_mesh *mesh, const int32_t *sources, int32_t count,
-                          double *distances)
+                          double *distances, int32_t *nearest)
 {
     edge_distance d;
     tug_status status = edge_distance_create(mesh, &d);
@@ -152,6 +168,9 @@ tug_status find_distances(const tug_mesh *mesh, const int32_t *sources, int32_t 
     }
     follow_sources(&d);
     memcpy(distances, d.distance, (size_t)mesh->vertex_count * sizeof *distances);
+    if (nearest != NULL) {
+        number_sources(&d, sources, count, nearest);
+    }
     edge_distance_free(&d);
     return TUG_OK;
 }

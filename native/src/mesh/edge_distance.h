@@ -10,6 +10,7 @@
 typedef struct edge_distance {
     const tug_mesh *mesh;
     double *distance;    /* #V: to the nearest source, INFINITY where there is none */
+    int32_t *source;     /* #V: that source, of several equally near one */
     int32_t *starts;     /* #V + 1 */
     int32_t *neighbours; /* 6 #F */
     int32_t *heap;       /* #V: vertices by distance */
@@ -31,6 +32,6 @@ void follow_sources(edge_distance *d);
 
 /* tug_find_distances, its arguments checked. */
 tug_status find_distances(const tug_mesh *mesh, const int32_t *sources, int32_t count,
-                          double *distances);
+                          double *distances, int32_t *nearest);
 
 #endif
