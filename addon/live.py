@@ -10,6 +10,7 @@ To find those takes a look at the whole mesh, so it is done only after something
 
 from __future__ import annotations
 
+import functools
 import threading
 import time
 from dataclasses import dataclass, field
@@ -24,10 +25,6 @@ from .inputs import Inputs, RigError
 from .native import Progress, TugError
 from .smoothing import Solution
 from .solver import Form, Model, SolveInfo, Solver
-
-# Of object.tug: the digest of handles and settings that the result key shows the pose for. It is
-# saved and undone with the key, so that neither undo nor load need a solve.
-POSED = "posed"
 
 # Of object.tug: the digest of handles and settings that the result key shows the pose for. It is
 # saved and undone with the key, so that neither undo nor load need a solve.
@@ -74,7 +71,8 @@ class Recipe:
                 options=self.options,
                 axes=given.axes,
                 rest=given.shapes[0].astype(np.float64),
-                groups=int(functions.groups.max()) + 1,
+                triangles=given.triangles,
+                groups=functions.groups,
             )
 
 
@@ -89,17 +87,31 @@ class LastSolve:
 @dataclass
 class Live:
     """A solver, what it was made from, and a lock: renders ask for poses from a thread of their
-    own."""
+    own. triangles: #F by 3; groups: #F, the number of each one's group."""
 
     solver: Solver
     content: str
     options: dict[str, float]
     axes: list[int]
     rest: np.ndarray
-    groups: int
+    triangles: np.ndarray
+    groups: np.ndarray
     touched: bool = False
     last: LastSolve | None = None
     lock: threading.Lock = field(default_factory=threading.Lock)
+
+    @functools.cached_property
+    def shares(self) -> np.ndarray:
+        """#V by #G: how much of the triangles around each vertex is of each group."""
+        vertices, groups = len(self.rest), self.solver.sizes.groups
+        cells = self.triangles * groups + self.groups[:, None]
+        counts = np.bincount(cells.ravel(), minlength=vertices * groups).reshape(vertices, groups)
+        return (counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)).astype(np.float32)
+
+    def blend(self) -> np.ndarray:
+        """#G by #S weights of the shapes in the last pose."""
+        with self.lock:
+            return self.solver.blend()
 
     def solution(self, targets: np.ndarray) -> Solution:
         """What a solve finds for #H by 3 targets in object space, to be averaged and shown."""

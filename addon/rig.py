@@ -113,7 +113,7 @@ def finish_bind(obj: bpy.types.Object, job: Job) -> BindSummary:
         vertices=len(pose),
         shapes=len(job.examples),
         handles=len(job.given.handles),
-        groups=built.live.groups,
+        groups=built.live.solver.sizes.groups,
         dimension=len(job.given.axes),
         weights_computed=job.computes_weights,
         warnings=built.warnings,
