@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from . import bind_operators
+from . import bind_operators, drag_operator, drag_tool, overlay_colours
 
-MODULES = (bind_operators,)
+MODULES = (bind_operators, drag_operator, overlay_colours, drag_tool)
 
 
 def register() -> None:
