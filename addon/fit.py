@@ -11,8 +11,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from . import film, inputs, live, pc2, rig, shape_keys
-from .dictionaries import GROUPS_A_HANDLE, Dictionary, functions_of_weights, make_functions
+from . import film, live, pc2, rig, shape_keys
 from .geometry import Mesh
 from .inputs import RigError
 from .native import Progress, TugError
@@ -41,7 +40,6 @@ def fit(
     target: Target,
     pairs: Mapping[str | int, Place] | None = None,
     *,
-    dictionary: Dictionary = Dictionary.EIGENFUNCTIONS,
     settings: Settings | None = None,
     progress: Progress | None = None,
 ) -> FitSummary:
@@ -53,7 +51,7 @@ def fit(
     empties below the target, or in the collection, that have the names of handles. Without any, the
     fit starts from the pose that the handles have now. On an error nothing has changed.
     """
-    fitter = _Fitter(obj, target, pairs, dictionary, settings)
+    fitter = _Fitter(obj, target, pairs, settings)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     positions, summary = fitter.pose(depsgraph, progress)
     rig.show(obj, positions, depsgraph)
@@ -68,7 +66,6 @@ def fit_frames(
     path: str | Path,
     pairs: Mapping[str | int, Place] | None = None,
     *,
-    dictionary: Dictionary = Dictionary.EIGENFUNCTIONS,
     settings: Settings | None = None,
     progress: Progress | None = None,
 ) -> Path:
@@ -77,7 +74,7 @@ def fit_frames(
 
     Every frame is fitted on its own, so that pieces of a range agree with the whole.
     """
-    fitter = _Fitter(obj, target, pairs, dictionary, settings)
+    fitter = _Fitter(obj, target, pairs, settings)
     paths = {obj: path}
     return film.shoot(paths, first, last, lambda _, writer: _Film(fitter, writer), progress)[0]
 
@@ -90,7 +87,6 @@ class _Fitter:
         obj: bpy.types.Object,
         target: Target,
         pairs: Mapping[str | int, Place] | None,
-        dictionary: Dictionary,
         settings: Settings | None,
     ) -> None:
         if target == obj:
@@ -106,7 +102,7 @@ class _Fitter:
                 f'"{obj.name}": {names}'
             )
         with self._explaining():
-            self.body = _body(obj, Dictionary(dictionary))
+            self.body = _body(obj)
 
     def pose(
         self, depsgraph: bpy.types.Depsgraph, progress: Progress | None = None
@@ -156,19 +152,16 @@ class _Film:
         self.writer.write(positions + shape_keys.added_on_top(obj, obj.tug.result))
 
 
-def _body(obj: bpy.types.Object, dictionary: Dictionary) -> Body:
-    given = inputs.gather(obj, inputs.bound_examples(obj), obj.tug.handles)
+def _body(obj: bpy.types.Object) -> Body:
+    """The rig with its own functions and energy."""
+    recipe = live.read(obj)
+    given = recipe.given
     if len(given.axes) < 3:
         raise ValueError("its shapes are flat, and only shapes in space can be fitted")
     with Mesh(given.solved_shapes[0], given.triangles) as mesh:
-        if dictionary is Dictionary.HANDLES:
-            stored = inputs.stored_weights(obj, [handle.group for handle in obj.tug.handles])
-            count = GROUPS_A_HANDLE * len(given.handles)
-            functions = functions_of_weights(mesh, stored, count)
-        else:
-            functions = make_functions(dictionary, mesh, given.solved_shapes, given.handles)
+        functions = recipe.stored.functions(mesh, recipe.group_count)
     return Body(
         *(given.solved_shapes, given.triangles, functions),
         stiffness=given.stiffness,
-        **live.solver_options(obj),
+        **recipe.options,
     )

@@ -25,14 +25,15 @@ class RigError(Exception):
 class Inputs:
     """Arrays of an object whose keys and handles have been checked.
 
-    shapes: #S by #V by 3 float32, Basis first. triangles: #F by 3. handles: the vertex of each;
-    free: which of them no row pins. stiffness: #F, what the energy of each triangle is multiplied
-    by. axes: the coordinates that are solved for, two where every shape lies in one plane across an
-    axis. topology: digest of the faces.
+    shapes: #S by #V by 3 float32, Basis first. triangles: #F by 3; faces: #F, the face that each is
+    of. handles: the vertex of each; free: which of them no row pins. stiffness: #F, what the energy
+    of each triangle is multiplied by. axes: the coordinates that are solved for, two where every
+    shape lies in one plane across an axis. topology: digest of the faces.
     """
 
     shapes: np.ndarray
     triangles: np.ndarray
+    faces: np.ndarray
     handles: np.ndarray
     free: np.ndarray
     stiffness: np.ndarray
@@ -96,10 +97,11 @@ def gather(
     vertices: Sequence[int] | None = None,
 ) -> Inputs:
     """Read and check everything but the weights. vertices: of the handles where not their own."""
-    shapes, triangles = _shapes(obj, examples), _triangles(obj.data)
+    shapes, (triangles, faces) = _shapes(obj, examples), _triangles(obj.data)
     return Inputs(
         shapes=shapes,
         triangles=triangles,
+        faces=faces,
         handles=_vertices(obj, handles, vertices or [handle.vertex for handle in handles]),
         free=np.array([handle.free for handle in handles]),
         stiffness=_stiffness(obj, triangles),
@@ -115,19 +117,6 @@ def topology(mesh: bpy.types.Mesh) -> str:
     mesh.polygons.foreach_get("loop_start", starts)
     mesh.loops.foreach_get("vertex_index", corners)
     return digest(starts, corners, np.array([len(mesh.vertices)]))
-
-
-def stored_weights(obj: bpy.types.Object, names: Sequence[str]) -> np.ndarray:
-    """Weights in the vertex groups, #V by len(names) float32 as they are stored."""
-    stored = vertex_groups.read(obj, names)
-    lost = np.flatnonzero(stored.sum(axis=1) <= 0)
-    if len(lost):
-        raise RigError(
-            f'{len(lost)} vertices of "{obj.name}" belong to no handle, the first is vertex '
-            f"{lost[0]}: paint them into a handle's vertex group, or delete the groups "
-            f"{', '.join(names)} to have all weights computed anew"
-        )
-    return stored
 
 
 def _shapes(obj: bpy.types.Object, examples: Sequence[str]) -> np.ndarray:
@@ -150,11 +139,14 @@ def _shapes(obj: bpy.types.Object, examples: Sequence[str]) -> np.ndarray:
     return shapes
 
 
-def _triangles(mesh: bpy.types.Mesh) -> np.ndarray:
+def _triangles(mesh: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray]:
+    """And the number of the face that each is of."""
     mesh.calc_loop_triangles()
     triangles = np.empty(3 * len(mesh.loop_triangles), np.int32)
+    faces = np.empty(len(mesh.loop_triangles), np.int32)
     mesh.loop_triangles.foreach_get("vertices", triangles)
-    return triangles.reshape(-1, 3)
+    mesh.loop_triangles.foreach_get("polygon_index", faces)
+    return triangles.reshape(-1, 3), faces
 
 
 def _vertices(

@@ -9,18 +9,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from . import vertex_groups
+from . import functions
 from .geometry import Mesh
 from .inputs import Inputs, RigError
 from .live import Live, Recipe, part
 from .native import Progress, TugError
+from .parts import find_floating
 from .solver import SolveInfo
-from .weights import compute_weights
 
 
 @dataclass(frozen=True)
 class Built:
-    """recipe: with the weights as they will be stored; seconds: for weights, model and solve."""
+    """recipe: with the functions as they will be stored; seconds: for those, model and solve."""
 
     recipe: Recipe
     live: Live
@@ -35,7 +35,7 @@ class Job:
     """Everything that the bind of one object reads, and then what it built.
 
     identity: of the object. examples: names of keys, Basis first. recipe: its `stored` is None
-    where weights are to be computed. targets: #H by 3 in object space.
+    where the functions are to be computed. targets: #H by 3 in object space.
     """
 
     name: str
@@ -51,7 +51,7 @@ class Job:
         return self.recipe.given
 
     @property
-    def computes_weights(self) -> bool:
+    def computes(self) -> bool:
         return self.recipe.stored is None
 
     def build(self, progress: Progress | None = None) -> None:
@@ -66,8 +66,9 @@ class Job:
         return self._content() == other._content()
 
     def _content(self) -> tuple:
-        options = sorted(self.recipe.options.items())
-        return self.identity, self.examples, self.recipe.digest(), options, self.follow_nearest
+        recipe, options = self.recipe, sorted(self.recipe.options.items())
+        settings = recipe.dictionary, options, self.follow_nearest
+        return self.identity, self.examples, recipe.digest(), settings
 
     def _built(self, progress: Progress | None) -> Built:
         given, times = self.given, [time.perf_counter()]
@@ -76,21 +77,25 @@ class Job:
             if report.errors:
                 raise RigError(f'"{self.name}" cannot be bound:\n{report.text}')
             recipe = self.recipe
-            if self.computes_weights:
-                stored = self._compute(mesh, part(progress, 0.0, 0.6))
+            if self.computes:
+                stored = functions.compute(
+                    *(recipe.dictionary, mesh, given, recipe.group_count),
+                    follow_nearest=self.follow_nearest,
+                    progress=part(progress, 0.0, 0.6),
+                )
                 recipe = replace(recipe, stored=stored)
             times.append(time.perf_counter())
+            self._check_held(mesh, recipe.stored.weights)
             live = recipe.make(mesh, part(progress, 0.6, 1.0))
         times.append(time.perf_counter())
         pose, info = live.pose(self.targets)
         times.append(time.perf_counter())
         return Built(recipe, live, pose, info, report.text, np.diff(times).tolist())
 
-    def _compute(self, mesh: Mesh, progress: Progress | None) -> np.ndarray:
-        weights, _ = compute_weights(
-            mesh,
-            [[vertex] for vertex in self.given.handles],
-            follow_nearest=self.follow_nearest,
-            progress=progress,
-        )
-        return vertex_groups.rounded(weights)
+    def _check_held(self, mesh: Mesh, weights: np.ndarray) -> None:
+        vertex = find_floating(mesh, weights, self.given.pinned)
+        if vertex >= 0:
+            raise RigError(
+                f'"{self.name}" cannot be bound: the part with vertex {vertex} has no handle: put '
+                "one on it, or switch on Loose Parts Follow"
+            )

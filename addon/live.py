@@ -18,8 +18,8 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
-from . import inputs
-from .dictionaries import GROUPS_A_HANDLE, functions_of_weights
+from . import functions, inputs
+from .functions import Stored
 from .geometry import Mesh, Rows
 from .inputs import Inputs, RigError
 from .native import Progress, TugError
@@ -29,36 +29,37 @@ from .solver import Form, Model, SolveInfo, Solver
 # Of object.tug: the digest of handles and settings that the result key shows the pose for. It is
 # saved and undone with the key, so that neither undo nor load need a solve.
 POSED = "posed"
+SCALING = (Form.AVERAGE, Form.MINIMAL, Form.CLOSEST)  # the forms that may change a mesh's size
 
 
 @dataclass(frozen=True)
 class Recipe:
     """All that a solver is made from, as it is read off an object.
 
-    stored: #V by #W float32 weights as they are stored, or None while there are none. group_count:
-    as asked for.
+    dictionary: what it is to be; stored: its functions, or None where they are to be computed.
+    group_count: how many edge groups to ask for.
     """
 
     given: Inputs
-    stored: np.ndarray | None
+    dictionary: str
+    stored: Stored | None
     group_count: int
     options: dict[str, float]
 
     def digest(self) -> str:
         """Of all that a model depends on."""
-        given, stored = self.given, self.stored
+        given = self.given
+        stored = (self.stored.weights, self.stored.groups) if self.stored else ()
         return inputs.digest(
             *(given.shapes, given.triangles, given.handles, given.free, given.stiffness),
-            np.zeros(0) if stored is None else stored,
+            *(array for array in stored if array is not None),
             np.array([self.group_count]),
         )
 
     def make(self, mesh: Mesh, progress: Progress | None = None) -> Live:
         """The solver, on any thread. mesh: of the rest shape. May raise TugError."""
         given = self.given
-        functions = functions_of_weights(
-            mesh, self.stored, self.group_count, progress=part(progress, 0.0, 0.1)
-        )
+        functions = self.stored.functions(mesh, self.group_count, part(progress, 0.0, 0.1))
         rows = Rows.pin(given.pinned)
         with Model(
             *(mesh, given.solved_shapes, functions.weights, rows, functions.groups),
@@ -192,18 +193,27 @@ def forget_all() -> None:
 
 def solver_options(obj: bpy.types.Object) -> dict[str, float]:
     rig = obj.tug
+    form = Form[rig.form]
     return {
-        "form": Form[rig.form],
+        "form": form,
         # Properties are float32: this is the number that was typed.
         "lambda_": round(rig.selectivity, 6),
         "prior": round(rig.steadiness, 6),
         "single_blend": rig.single_blend,
         "squared": rig.squared,
+        "scale": rig.follow_size and form in SCALING,
     }
 
 
-def group_count(obj: bpy.types.Object, given: Inputs) -> int:
-    return obj.tug.group_count or GROUPS_A_HANDLE * len(given.handles)
+def read(obj: bpy.types.Object) -> Recipe:
+    """The recipe of a bound object."""
+    given = inputs.gather(obj, inputs.bound_examples(obj), obj.tug.handles)
+    return recipe(obj, given, functions.read(obj, given))
+
+
+def recipe(obj: bpy.types.Object, given: Inputs, stored: Stored | None) -> Recipe:
+    count = functions.group_count(obj, len(given.handles))
+    return Recipe(given, obj.tug.dictionary, stored, count, solver_options(obj))
 
 
 def part(progress: Progress | None, start: float, end: float) -> Progress | None:
@@ -225,14 +235,12 @@ def _refreshed(obj: bpy.types.Object, live: Live | None) -> Live:
     rig = obj.tug
     if inputs.topology(obj.data) != rig.topology:
         raise _stale(obj, "its faces were edited")
-    given = inputs.gather(obj, inputs.bound_examples(obj), rig.handles)
-    stored = inputs.stored_weights(obj, [handle.group for handle in rig.handles])
-    recipe = Recipe(given, stored, group_count(obj, given), solver_options(obj))
+    recipe = read(obj)
     if live and (live.content, live.options) == (recipe.digest(), recipe.options):
         live.touched = False
         return live
     try:
-        with Mesh(given.solved_shapes[0], given.triangles) as mesh:
+        with Mesh(recipe.given.solved_shapes[0], recipe.given.triangles) as mesh:
             return recipe.make(mesh)
     except TugError as error:
         raise RigError(f'"{obj.name}" cannot be solved: {error.reason}') from error
@@ -256,10 +264,10 @@ def check(obj: bpy.types.Object, scene: bpy.types.Scene) -> None:
     for handle, is_alive in zip(rig.handles, alive(obj, scene), strict=True):
         if not is_alive:
             raise _stale(obj, f'its handle "{handle.name}" was deleted')
-        if not handle.group:
+        if handle.rest_vertex < 0:
             raise _stale(obj, f'its handle "{handle.name}" is new')
-        if handle.group not in obj.vertex_groups:
-            raise _stale(obj, f'its vertex group "{handle.group}" was deleted or renamed')
+    if reason := functions.changed(obj):
+        raise _stale(obj, reason)
 
 
 def _stale(obj: bpy.types.Object, reason: str) -> RigError:

@@ -59,6 +59,15 @@ class TUG_PG_handle(bpy.types.PropertyGroup):
     rest_vertex: IntProperty(default=-1, options={"HIDDEN"})
 
 
+class TUG_PG_bone(bpy.types.PropertyGroup):
+    """A part that moves as one from key to key."""
+
+    group: StringProperty(
+        name="Vertex Group", description="How much each vertex belongs to this bone"
+    )
+    computed_weights: StringProperty(options={"HIDDEN"})  # as of a handle
+
+
 class TUG_PG_shape(bpy.types.PropertyGroup):
     """One shape key, found by its name."""
 
@@ -68,8 +77,47 @@ class TUG_PG_shape(bpy.types.PropertyGroup):
     was_muted: BoolProperty(options={"HIDDEN"})
 
 
+DICTIONARIES = (
+    (
+        "EIGENFUNCTIONS",
+        "Smooth",
+        "The whole mesh moves smoothly, wherever its handles are. Nearest to the shape keys for "
+        "most meshes",
+    ),
+    (
+        "HANDLES",
+        "Handles",
+        "Each handle moves the mesh around it, by weights in a vertex group that can be painted",
+    ),
+    (
+        "SKELETON",
+        "Bones from Shape Keys",
+        "Parts that are stiff in all shape keys are found and move as bones do, by weights in "
+        "vertex groups that can be painted",
+    ),
+    (
+        "VERTEX_GROUPS",
+        "Vertex Groups",
+        "The vertex groups of the armature's deforming bones or, without an armature, all but "
+        "those that Tug made",
+    ),
+)
+
+
+def _get_dictionary(rig: TUG_PG_rig) -> int:
+    """A rig that was bound before there was a choice has its weights with its handles."""
+    default = "HANDLES" if rig.bound and not rig.bound_dictionary else "EIGENFUNCTIONS"
+    names = [name for name, *_ in DICTIONARIES]
+    return names.index(rig.chosen_dictionary or default)
+
+
+def _set_dictionary(rig: TUG_PG_rig, number: int) -> None:
+    rig.chosen_dictionary = DICTIONARIES[number][0]
+
+
 class TUG_PG_rig(bpy.types.PropertyGroup):
     handles: CollectionProperty(type=TUG_PG_handle)
+    bones: CollectionProperty(type=TUG_PG_bone)
     shapes: CollectionProperty(type=TUG_PG_shape)
     collection: PointerProperty(
         name="Handles", description="Where new handles go", type=bpy.types.Collection
@@ -79,6 +127,15 @@ class TUG_PG_rig(bpy.types.PropertyGroup):
         name="Live",
         description="Pose the mesh while its handles move. Renders are posed in any case",
         default=True,
+        update=_set,
+        options=set(),
+    )
+    dictionary: EnumProperty(
+        name="Deform With",
+        description="What the mesh is moved by. Applies when it is bound",
+        items=DICTIONARIES,
+        get=_get_dictionary,
+        set=_set_dictionary,
         update=_set,
         options=set(),
     )
@@ -94,8 +151,33 @@ class TUG_PG_rig(bpy.types.PropertyGroup):
                 "Original, Settled",
                 "Like Original, but every pose comes to rest. Slower than Steady: for baking",
             ),
+            (
+                "AVERAGE",
+                "Average",
+                "As near as can be to all shape keys at once. Smooth, but details fade and not "
+                "even a shape key itself is met",
+            ),
+            (
+                "MINIMAL",
+                "Nearest Key",
+                "The one shape key that has to be bent least. Meets every shape key, and jumps "
+                "where another becomes the nearest",
+            ),
+            (
+                "CLOSEST",
+                "Nearest Key, Quick",
+                "Settles early on the shape key that looks nearest: in ten steps, for fitting",
+            ),
         ),
         default="STEADY",
+        update=_set,
+        options=set(),
+    )
+    follow_size: BoolProperty(
+        name="Follow Size",
+        description="Let the whole mesh grow or shrink with its handles. For the methods Average "
+        "and Nearest Key",
+        default=False,
         update=_set,
         options=set(),
     )
@@ -120,7 +202,7 @@ class TUG_PG_rig(bpy.types.PropertyGroup):
     group_count: IntProperty(
         name="Parts",
         description="How many parts of the mesh choose their shape keys on their own; "
-        "0 takes two for each handle",
+        "0 takes as many as suit what the mesh is deformed with",
         default=0,
         min=0,
         soft_max=100,
@@ -143,8 +225,8 @@ class TUG_PG_rig(bpy.types.PropertyGroup):
     )
     follow_nearest: BoolProperty(
         name="Loose Parts Follow",
-        description="Parts without a handle move with the nearest one. Applies when weights are "
-        "computed",
+        description="Loose parts without a handle move with what is nearest to them. Applies when "
+        "the mesh is bound",
         default=False,
         options=set(),
     )
@@ -173,11 +255,19 @@ class TUG_PG_rig(bpy.types.PropertyGroup):
     examples: StringProperty(name="Examples", description="JSON list", options={"HIDDEN"})
     vertex_count: IntProperty(options={"HIDDEN"})
     topology: StringProperty(options={"HIDDEN"})
+    # Which dictionary was chosen, empty for the default, and which the rig was bound with, empty
+    # where that was before there was a choice.
+    chosen_dictionary: StringProperty(options={"HIDDEN"})
+    bound_dictionary: StringProperty(options={"HIDDEN"})
+    bound_group_count: IntProperty(options={"HIDDEN"})
+    function_count: IntProperty(options={"HIDDEN"})
+    groups: StringProperty(description="JSON list", options={"HIDDEN"})
+    bones_source: StringProperty(options={"HIDDEN"})  # digest of the shapes they were found in
     # Driven by the handles, so that Blender evaluates them even where they are hidden.
     reach: FloatProperty(options={"HIDDEN", "ANIMATABLE"})
 
 
-CLASSES = (TUG_PG_handle, TUG_PG_shape, TUG_PG_rig)
+CLASSES = (TUG_PG_handle, TUG_PG_bone, TUG_PG_shape, TUG_PG_rig)
 
 
 def register() -> None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from . import inputs, live, shape_keys, vertex_groups
+from . import functions, inputs, live, shape_keys
 from .inputs import RigError
 from .job import Job
 from .native import Progress, TugError
@@ -75,14 +75,11 @@ def plan_bind(obj: bpy.types.Object) -> Job:
     handles = _alive_handles(obj)
     examples = inputs.ticked(obj)
     given = inputs.gather(obj, examples, handles, _found_again(obj, handles))
-    stored = None
-    if not _must_compute(obj, handles):
-        stored = inputs.stored_weights(obj, [_group(handle) for handle in handles])
     return Job(
         name=obj.name,
         identity=obj.session_uid,
         examples=examples,
-        recipe=live.Recipe(given, stored, live.group_count(obj, given), live.solver_options(obj)),
+        recipe=live.recipe(obj, given, functions.to_bind(obj, handles, given)),
         follow_nearest=obj.tug.follow_nearest,
         targets=_targets(obj, handles, bpy.context.evaluated_depsgraph_get()),
     )
@@ -104,7 +101,8 @@ def finish_bind(obj: bpy.types.Object, job: Job) -> BindSummary:
         with _explaining(obj):
             pose, _ = built.live.pose(now.targets)
     _drop_deleted_handles(obj)
-    _keep_handles(obj, job, built.recipe.stored)
+    _keep_handles(obj, job)
+    functions.keep(obj, job.given, built.recipe.stored, computed=job.computes)
     _keep_keys(obj, job.examples)
     _keep_state(obj, job)
     live.keep(obj, built.live)
@@ -115,7 +113,7 @@ def finish_bind(obj: bpy.types.Object, job: Job) -> BindSummary:
         handles=len(job.given.handles),
         groups=built.live.solver.sizes.groups,
         dimension=len(job.given.axes),
-        weights_computed=job.computes_weights,
+        weights_computed=job.computes,
         warnings=built.warnings,
         weights_seconds=built.seconds[0],
         model_seconds=built.seconds[1],
@@ -124,9 +122,11 @@ def finish_bind(obj: bpy.types.Object, job: Job) -> BindSummary:
 
 
 def unbind(obj: bpy.types.Object) -> None:
-    """Take the result key away and show the artist's keys as before the bind. Handles and painted
-    weights stay."""
+    """Take the result key away and show the artist's keys as before the bind. Handles and vertex
+    groups stay."""
     rig, keys = obj.tug, obj.data.shape_keys
+    rig.dictionary = rig.dictionary  # the default is that of a rig never bound
+    functions.drop_attributes(obj.data)
     if keys is not None:
         for name in inputs.bound_examples(obj):
             _unmute(obj, name)
@@ -238,10 +238,6 @@ def _alive_handles(obj: bpy.types.Object) -> list[bpy.types.PropertyGroup]:
     return [handle for handle, there in zip(obj.tug.handles, is_alive, strict=True) if there]
 
 
-def _group(handle: bpy.types.PropertyGroup) -> str:
-    return handle.group or handle.empty.name
-
-
 def _found_again(obj: bpy.types.Object, handles: Sequence[bpy.types.PropertyGroup]) -> list[int]:
     """The vertices of the handles, where an edit of the faces may have renumbered them."""
     if not obj.tug.bound or inputs.topology(obj.data) == obj.tug.topology:
@@ -263,61 +259,18 @@ def _found_again(obj: bpy.types.Object, handles: Sequence[bpy.types.PropertyGrou
     return vertices
 
 
-def _must_compute(obj: bpy.types.Object, handles: Sequence[bpy.types.PropertyGroup]) -> bool:
-    """Whether the weights in the vertex groups are not, or no longer, those of these handles.
-
-    Raises RigError where computing them would overwrite what the artist painted.
-    """
-    present = [_group(handle) for handle in handles if _group(handle) in obj.vertex_groups]
-    deleted = sum(1 for h in obj.tug.handles if h.group) > sum(1 for h in handles if h.group)
-    moved = any(h.group and h.rest_vertex != h.vertex for h in handles)
-    if len(present) == len(handles) and not deleted and not moved:
-        return False
-    ours = _groups_of_tug(obj)
-    if painted := [name for name in present if name not in ours]:
-        raise RigError(
-            f'the handles of "{obj.name}" need new weights, but these vertex groups hold weights '
-            f"that Tug did not make: {', '.join(painted)}. Delete or rename them, or paint a "
-            "vertex group for every handle"
-        )
-    return True
-
-
-def _groups_of_tug(obj: bpy.types.Object) -> set[str]:
-    """Names of the vertex groups that are exactly as a bind wrote them."""
-    written = {handle.group: handle.computed_weights for handle in obj.tug.handles}
-    names = [name for name in written if name in obj.vertex_groups]
-    columns = vertex_groups.read(obj, names).T
-    return {
-        name
-        for name, column in zip(names, columns, strict=True)
-        if inputs.digest(column) == written[name]
-    }
-
-
 def _drop_deleted_handles(obj: bpy.types.Object) -> None:
-    handles, is_alive = obj.tug.handles, live.alive(obj, bpy.context.scene)
-    if all(is_alive):
-        return
-    ours = _groups_of_tug(obj)
-    for number in reversed(range(len(handles))):
+    is_alive = live.alive(obj, bpy.context.scene)
+    for number in reversed(range(len(is_alive))):
         if not is_alive[number]:
-            if (group := handles[number].group) in ours:
-                obj.vertex_groups.remove(obj.vertex_groups[group])
-            handles.remove(number)
+            functions.drop_handle(obj, number)
 
 
-def _keep_handles(obj: bpy.types.Object, job: Job, stored: np.ndarray) -> None:
-    handles = obj.tug.handles
-    names = [_group(handle) for handle in handles]
-    if job.computes_weights:
-        vertex_groups.write(obj, names, stored)
-    for number, (handle, vertex) in enumerate(zip(handles, job.given.handles, strict=True)):
-        handle.name, handle.group = handle.empty.name, names[number]
+def _keep_handles(obj: bpy.types.Object, job: Job) -> None:
+    for handle, vertex in zip(obj.tug.handles, job.given.handles, strict=True):
+        handle.name = handle.empty.name
         handle.vertex = handle.rest_vertex = int(vertex)
         handle.rest = job.given.shapes[0, vertex]
-        if job.computes_weights:
-            handle.computed_weights = inputs.digest(stored[:, number])
 
 
 def _keep_keys(obj: bpy.types.Object, examples: Sequence[str]) -> None:

@@ -82,16 +82,21 @@ def add_tube(name: str = "Tube") -> bpy.types.Object:
     return obj
 
 
-def add_rig(name: str = "Tube", prefix: str = "") -> bpy.types.Object:
+def add_rig(
+    name: str = "Tube", prefix: str = "", *, dictionary: str = "EIGENFUNCTIONS"
+) -> bpy.types.Object:
     """The tube with its handles, not bound."""
     obj = add_tube(name)
+    obj.tug.dictionary = dictionary
     for handle, vertex in HANDLES.items():
         rig.add_handle(obj, vertex, prefix + handle)
     return obj
 
 
-def bound_rig(name: str = "Tube", prefix: str = "") -> bpy.types.Object:
-    obj = add_rig(name, prefix)
+def bound_rig(
+    name: str = "Tube", prefix: str = "", *, dictionary: str = "EIGENFUNCTIONS"
+) -> bpy.types.Object:
+    obj = add_rig(name, prefix, dictionary=dictionary)
     rig.bind(obj)
     return obj
 
@@ -160,6 +165,15 @@ def assert_close(actual: np.ndarray, wanted: np.ndarray) -> None:
     np.testing.assert_allclose(actual, wanted, rtol=0, atol=8e-7 * LENGTH)
 
 
+def attributes(mesh: bpy.types.Mesh) -> dict[str, list[float]]:
+    """What Tug keeps with a mesh, by name."""
+    return {
+        attribute.name: [element.value for element in attribute.data]
+        for attribute in mesh.attributes
+        if attribute.name.startswith(".tug")
+    }
+
+
 def state(obj: bpy.types.Object) -> str:
     """Everything that a bind or a bake may change about an object and its scene."""
     keys = obj.data.shape_keys
@@ -177,6 +191,9 @@ def state(obj: bpy.types.Object) -> str:
             "drivers": len(obj.animation_data.drivers) if obj.animation_data else 0,
             "frame": bpy.context.scene.frame_current,
             "rig": [obj.tug.bound, obj.tug.result, obj.tug.examples, obj.tug.topology],
+            "dictionary": [obj.tug.dictionary, obj.tug.bound_dictionary, obj.tug.groups],
+            "bones": [bone.group for bone in obj.tug.bones],
+            "attributes": attributes(obj.data),
             "handles": [(h.name, h.vertex, h.group, h.rest_vertex) for h in obj.tug.handles],
         }
     )

@@ -74,12 +74,20 @@ def test_a_handle_on_a_vertex_that_does_not_exist():
     refused(obj, '"Tip" is on vertex 5000, but "Tube" has only 160 vertices')
 
 
-def test_a_component_without_a_handle():
+@pytest.mark.parametrize(
+    ("dictionary", "text"),
+    [
+        ("HANDLES", "component 1 of 2 .* has no handle"),
+        ("EIGENFUNCTIONS", "the part with vertex [0-9]+ has no handle: put one on it, or switch"),
+    ],
+)
+def test_a_part_without_a_handle(dictionary, text):
     vertices, faces = tube()
     twice = np.concatenate([vertices, vertices + [5, 0, 0]])
     more = [tuple(corner + 160 for corner in face) for face in faces]
     obj = rig_of(twice, faces + more)
-    refused(obj, "component")
+    obj.tug.dictionary = dictionary
+    refused(obj, text)
     obj.tug.follow_nearest = True
     assert rig.bind(obj).weights_computed
 
@@ -245,7 +253,7 @@ def test_all_shape_keys_deleted():
 
 
 def test_a_vertex_group_that_was_deleted():
-    obj = bound_rig()
+    obj = bound_rig(dictionary="HANDLES")
     obj.vertex_groups.remove(obj.vertex_groups["Tip"])
     stale(obj, 'its vertex group "Tip" was deleted or renamed')
 

@@ -197,6 +197,8 @@ def test_progress_goes_from_frame_to_frame(obj, tmp_path):
 
 
 def test_weights_painted_since_are_baked(obj, tmp_path):
+    obj.tug.dictionary = "HANDLES"
+    rig.bind(obj)
     bake.bake(obj, 6, 6, tmp_path / "before.pc2")
     obj.vertex_groups["Middle"].add(range(60, 100), 0.1, "REPLACE")
     bake.bake(obj, 6, 6, tmp_path / "after.pc2")

@@ -27,7 +27,7 @@ from addon.inputs import RigError
 
 
 def test_a_new_handle_needs_a_bind_which_computes_new_weights():
-    obj = bound_rig()
+    obj = bound_rig(dictionary="HANDLES")
     rig.add_handle(obj, 40, "Fourth")
     with pytest.raises(RigError, match='its handle "Fourth" is new: bind it again'):
         rig.solve(obj, depsgraph())
@@ -48,7 +48,7 @@ def test_a_bind_goes_on_without_a_deleted_handle():
 
 
 def test_a_deleted_handle_takes_its_weights_along():
-    obj = add_rig()
+    obj = add_rig(dictionary="HANDLES")
     rig.add_handle(obj, 40, "Fourth")
     rig.bind(obj)
     bpy.data.objects.remove(bpy.data.objects["Middle"])
@@ -60,14 +60,14 @@ def test_a_deleted_handle_takes_its_weights_along():
 
 
 def test_a_handle_put_on_another_vertex_gets_new_weights():
-    obj = bound_rig()
+    obj = bound_rig(dictionary="HANDLES")
     obj.tug.handles["Middle"].vertex = 95
     assert rig.bind(obj).weights_computed
     assert vertex_groups.read(obj, ["Middle"])[:, 0].argmax() == 95
 
 
 def test_a_renamed_handle_keeps_its_weights():
-    obj = bound_rig()
+    obj = bound_rig(dictionary="HANDLES")
     bpy.data.objects["Middle"].name = "Belly"
     rig.solve(obj, depsgraph())
     assert not rig.bind(obj).weights_computed
@@ -86,7 +86,7 @@ def test_a_renamed_handle_keeps_its_weights():
     ],
 )
 def test_a_setting_applies_without_a_bind(setting, value):
-    obj = bound_rig()
+    obj = bound_rig(dictionary="HANDLES")
     pull_between(obj)
     before = solved(obj)
     setattr(obj.tug, setting, value)

@@ -112,7 +112,9 @@ def error(obj: bpy.types.Object, truth: np.ndarray) -> float:
 
 @pytest.mark.parametrize("dictionary", Dictionary)
 def test_a_mesh_is_fitted(obj, dictionary):
-    summary = fit(obj, add_scan(obj, pose()), dictionary=dictionary)
+    obj.tug.dictionary = dictionary
+    rig.bind(obj)
+    summary = fit(obj, add_scan(obj, pose()))
     assert error(obj, pose()) < 0.01
     assert (summary.features, summary.points) == (3, len(ORDER))
     assert summary.distance < 0.05 * LENGTH

@@ -66,7 +66,7 @@ def test_a_rig_that_cannot_be_posed_is_told_of_once_and_leaves_others_alone(caps
 
 
 def test_a_problem_that_was_mended_is_forgotten():
-    obj = bound_rig()
+    obj = bound_rig(dictionary="HANDLES")
     obj.vertex_groups["Tip"].name = "Top"
     bpy.context.scene.frame_set(2)
     assert '"Tip" was deleted or renamed' in handlers.problem(obj)

@@ -45,7 +45,10 @@ def built_in_thread(job):
 
 
 def test_a_job_built_in_a_thread_is_what_a_bind_gives():
-    first, second = add_rig("First", "first "), add_rig("Second", "second ")
+    first, second = (
+        add_rig("First", "first ", dictionary="HANDLES"),
+        add_rig("Second", "second ", dictionary="HANDLES"),
+    )
     before = state(first)
     job = built_in_thread(rig.plan_bind(first))
     assert state(first) == before
@@ -122,7 +125,7 @@ def sculpt(obj):
     ],
 )
 def test_a_job_is_not_finished_on_an_object_that_was_edited_meanwhile(edit):
-    obj = bound_rig()
+    obj = bound_rig(dictionary="HANDLES")
     job = built_in_thread(rig.plan_bind(obj))
     edit(obj)
     bpy.context.view_layer.update()  # the rig is posed anew

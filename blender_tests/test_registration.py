@@ -60,6 +60,7 @@ def test_the_settings_start_as_those_of_the_library():
         "prior": options.prior,
         "single_blend": options.single_blend,
         "squared": options.squared,
+        "scale": options.scale,
     }
 
 

@@ -92,7 +92,7 @@ def test_a_handle_needs_a_vertex_that_exists():
 
 
 def test_a_bind_writes_one_vertex_group_for_each_handle():
-    obj = add_rig()
+    obj = add_rig(dictionary="HANDLES")
     summary = rig.bind(obj)
     assert [group.name for group in obj.vertex_groups] == list(HANDLES)
     weights = vertex_groups.read(obj, list(HANDLES))
@@ -106,7 +106,7 @@ def test_a_bind_writes_one_vertex_group_for_each_handle():
 
 
 def test_a_second_bind_reads_the_weights_and_gives_the_same_pose():
-    obj = bound_rig()
+    obj = bound_rig(dictionary="HANDLES")
     pull_to(obj, "Swell")
     before = expected(obj)
     assert not rig.bind(obj).weights_computed
@@ -114,7 +114,7 @@ def test_a_second_bind_reads_the_weights_and_gives_the_same_pose():
 
 
 def test_a_bind_reports_its_progress_and_can_be_cancelled():
-    obj = add_rig()
+    obj = add_rig(dictionary="HANDLES")
     before = state(obj)
     seen = []
 
@@ -232,7 +232,7 @@ def test_an_ngon_is_solved_through_its_triangles():
 
 
 def test_examples_are_muted_and_keep_their_values_until_the_rig_is_unbound():
-    obj = add_rig()
+    obj = add_rig(dictionary="HANDLES")
     key(obj, "Bend").value = 0.25
     key(obj, "Swell").mute = True
     rig.bind(obj)
@@ -280,7 +280,7 @@ def test_a_key_of_the_artist_that_is_called_tug_is_not_written():
 
 
 def test_repainting_changes_the_pose_to_what_a_new_bind_gives():
-    obj = bound_rig()
+    obj = bound_rig(dictionary="HANDLES")
     pull_between(obj)
     before = solved(obj)
     repaint(obj, "Middle")
@@ -291,7 +291,7 @@ def test_repainting_changes_the_pose_to_what_a_new_bind_gives():
 
 
 def test_painted_weights_are_not_overwritten():
-    obj = bound_rig()
+    obj = bound_rig(dictionary="HANDLES")
     repaint(obj, "Middle")
     rig.add_handle(obj, 40, "Fourth")
     before = state(obj)
@@ -301,7 +301,7 @@ def test_painted_weights_are_not_overwritten():
 
 
 def test_groups_of_the_artist_serve_as_weights():
-    obj = add_rig()
+    obj = add_rig(dictionary="HANDLES")
     height = tube()[0][:, 2] / LENGTH
     for name, center in zip(HANDLES, (0.0, 0.5, 1.0), strict=True):
         group = obj.vertex_groups.new(name=name)
@@ -311,7 +311,7 @@ def test_groups_of_the_artist_serve_as_weights():
 
 
 def test_a_vertex_that_belongs_to_no_handle_is_named():
-    obj = bound_rig()
+    obj = bound_rig(dictionary="HANDLES")
     for group in obj.vertex_groups:
         group.remove([33, 44])
     before = state(obj)
