@@ -21,11 +21,16 @@ LIBIGL_ROUNDS = 8  # of its active set, as in its tutorial
 
 
 def lumped_mass(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """A third of each triangle's area at its corners."""
+    """Voronoi areas: of each triangle what is nearest to a corner, a quarter to a half."""
     corners = vertices[triangles]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = 0.5 * np.linalg.norm(cross, axis=1)
-    return np.bincount(triangles.ravel(), np.repeat(area / 3, 3), len(vertices))
+    sides = np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1)  # opposite of each corner
+    double_area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)[:, None]
+    dots = -np.einsum("fcd,fcd->fc", np.roll(sides, -1, axis=1), np.roll(sides, 1, axis=1))
+    parts = dots / double_area * np.einsum("fcd,fcd->fc", sides, sides) / 8
+    nearest = np.roll(parts, -1, axis=1) + np.roll(parts, 1, axis=1)
+    at_obtuse = np.where(dots < 0, 1 / 2, 1 / 4) * double_area / 2
+    shares = np.where((dots < 0).any(axis=1, keepdims=True), at_obtuse, nearest)
+    return np.bincount(triangles.ravel(), shares.ravel(), len(vertices))
 
 
 def bilaplacian(vertices: np.ndarray, triangles: np.ndarray) -> scipy.sparse.csc_matrix:

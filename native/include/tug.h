@@ -176,10 +176,10 @@ typedef struct tug_eigenfunctions_info {
 
 /* Eigenfunctions of the Laplace-Beltrami operator, the weight functions of (F 3) where there is no
  * skeleton: the `count` smallest solutions of L f = mu M f, with cotangent stiffness L and as mass
- * M a third of the areas around a vertex, in parts of the whole area. So neither mu nor f has a
- * unit: divided by the area, mu is that of the surface. Orthonormal: f_i^T M f_j is 1 or 0. The
- * first function is 1 everywhere. Each further component of the mesh has a function of eigenvalue 0
- * of its own, constant on it and on those larger than it; where count is too small for all, the
+ * M the Voronoi areas of the vertices, in parts of the whole area. So neither mu nor f has a unit:
+ * divided by the area, mu is that of the surface. Orthonormal: f_i^T M f_j is 1 or 0. The first
+ * function is 1 everywhere. Each further component of the mesh has a function of eigenvalue 0 of
+ * its own, constant on it and on those larger than it; where count is too small for all, the
  * smallest components have none. Functions of one eigenvalue are some basis of their space. A
  * function is positive at the first vertex where it has half of its largest magnitude; the search
  * always starts alike. count: at most #V. values: count, rising. functions: #V by count. One sparse

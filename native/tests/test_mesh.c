@@ -49,8 +49,8 @@ static void right_triangles_have_their_areas_and_cotangents(void)
     CHECK_NEAR(mesh->half_cotangent[0], 0.5, 1e-15); /* 45 degrees at corner 0 of triangle 0 */
     CHECK_NEAR(mesh->half_cotangent[1], 0.0, 1e-15); /* 90 */
     CHECK_NEAR(mesh->half_cotangent[2], 0.5, 1e-15); /* 45 */
-    CHECK_NEAR(mesh->mass[0], 1.0 / 3.0, 1e-15);
-    CHECK_NEAR(mesh->mass[1], 1.0 / 6.0, 1e-15);
+    CHECK_NEAR(mesh->mass[0], 0.25, 1e-15); /* an eighth of a square each, at a right angle two */
+    CHECK_NEAR(mesh->mass[1], 0.25, 1e-15);
     CHECK_NEAR(mesh->diagonal, sqrt(2.0), 1e-15);
     mesh_destroy(mesh);
 }

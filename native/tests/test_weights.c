@@ -131,18 +131,30 @@ static int32_t owner_of(int32_t vertex)
     return -1;
 }
 
-/* Cotangent of the angle at corner c of a triangle, from the lengths of its sides. */
-static double cotangent(const int32_t *corner, int c, double *area)
+/* Half the cotangents of a triangle's angles and the areas nearest to its corners, from the lengths
+ * of its sides; returns its area. */
+static double measure_triangle(const int32_t *corner, double half_cotangent[3], double share[3])
 {
-    double squares[3];
+    double squares[3], sum = 0.0, least = 0.0;
     for (int e = 0; e < 3; e++) {
         const double *a = s.vertices + 3 * corner[(e + 1) % 3];
         const double *b = s.vertices + 3 * corner[(e + 2) % 3];
         squares[e] = pow(a[0] - b[0], 2) + pow(a[1] - b[1], 2) + pow(a[2] - b[2], 2);
+        sum += squares[e];
     }
     double x = squares[0], y = squares[1], z = squares[2];
-    *area = 0.25 * sqrt(2 * (x * y + y * z + z * x) - x * x - y * y - z * z);
-    return (x + y + z - 2.0 * squares[c]) / (4.0 * *area);
+    double area = 0.25 * sqrt(2 * (x * y + y * z + z * x) - x * x - y * y - z * z);
+    for (int c = 0; c < 3; c++) {
+        half_cotangent[c] = (sum - 2.0 * squares[c]) / (8.0 * area);
+        /* The centre of the circumscribed circle in barycentric coordinates. */
+        double centre = squares[c] * (sum - 2.0 * squares[c]) / (16.0 * area * area);
+        least = fmin(least, centre);
+        share[c] = 0.5 * area * (1.0 - centre);
+    }
+    for (int c = 0; c < 3 && least < 0.0; c++) {
+        share[c] = half_cotangent[c] < 0.0 ? 0.5 * area : 0.25 * area;
+    }
+    return area;
 }
 
 /* Q = L M^-1 L, dense, from the raw triangles, for an area of one. */
@@ -150,19 +162,20 @@ static double *dense_bilaplacian(void)
 {
     int32_t n = s.vertex_count;
     double *L = calloc((size_t)(n * n), sizeof *L), *Q = calloc((size_t)(n * n), sizeof *Q);
-    double *mass = calloc((size_t)n, sizeof *mass), whole = 0.0, area = 0.0;
+    double *mass = calloc((size_t)n, sizeof *mass), whole = 0.0;
     for (int32_t t = 0; t < s.triangle_count; t++) {
         const int32_t *corner = s.triangles + 3 * t;
+        double half_cotangent[3], share[3];
+        whole += measure_triangle(corner, half_cotangent, share);
         for (int c = 0; c < 3; c++) {
             int32_t a = corner[(c + 1) % 3], b = corner[(c + 2) % 3];
-            double weight = 0.5 * cotangent(corner, c, &area);
+            double weight = half_cotangent[c];
             L[a * n + b] -= weight;
             L[b * n + a] -= weight;
             L[a * n + a] += weight;
             L[b * n + b] += weight;
-            mass[corner[c]] += area / 3.0;
+            mass[corner[c]] += share[c];
         }
-        whole += area;
     }
     for (int32_t a = 0; a < n; a++) {
         for (int32_t k = 0; k < n; k++) {

@@ -9,10 +9,27 @@
 #include <math.h>
 #include <string.h>
 
+/* The parts of a triangle nearer to one corner than to the others, a quarter to a half each. Where
+ * an angle is obtuse their common point lies outside, and half the triangle is that corner's. */
+static void split_triangle(double edge[3][3], const double *half_cotangent, double area,
+                           double share[3])
+{
+    double part[3];
+    int obtuse = -1;
+    for (int c = 0; c < 3; c++) {
+        obtuse = half_cotangent[c] < 0.0 ? c : obtuse;
+        part[c] = 0.25 * half_cotangent[c] * space_dot(edge[c], edge[c]);
+    }
+    for (int c = 0; c < 3; c++) {
+        share[c] =
+            obtuse < 0 ? part[(c + 1) % 3] + part[(c + 2) % 3] : (c == obtuse ? 0.5 : 0.25) * area;
+    }
+}
+
 static void measure_triangle(tug_mesh *mesh, int32_t t)
 {
     const int32_t *corner = mesh->triangles + 3 * (size_t)t;
-    double edge[3][3], normal[3];
+    double edge[3][3], normal[3], share[3];
     double longest = find_edges(mesh->vertices, mesh->dimension, corner, edge);
     space_cross(edge[0], edge[1], normal);
     double area = 0.5 * sqrt(space_dot(normal, normal));
@@ -20,11 +37,14 @@ static void measure_triangle(tug_mesh *mesh, int32_t t)
         return;
     }
     mesh->area[t] = area;
+    double *half_cotangent = mesh->half_cotangent + 3 * (size_t)t;
     for (int c = 0; c < 3; c++) {
         /* cot = cos / sin = dot / (2 area); edge c + 1 runs towards the corner, hence the sign. */
-        mesh->half_cotangent[3 * (size_t)t + (size_t)c] =
-            -space_dot(edge[(c + 1) % 3], edge[(c + 2) % 3]) / (4.0 * area);
-        mesh->mass[corner[c]] += area / 3.0;
+        half_cotangent[c] = -space_dot(edge[(c + 1) % 3], edge[(c + 2) % 3]) / (4.0 * area);
+    }
+    split_triangle(edge, half_cotangent, area, share);
+    for (int c = 0; c < 3; c++) {
+        mesh->mass[corner[c]] += share[c];
     }
 }
 

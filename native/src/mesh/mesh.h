@@ -13,7 +13,7 @@ struct tug_mesh {
     /* #F by 3: half the cotangent of the angle at corner c, the weight of the edge opposite of it.
      * Zero where the triangle has no area. */
     double *half_cotangent;
-    double *mass;       /* #V: a third of the areas around a vertex */
+    double *mass;       /* #V: Voronoi areas, positive around triangles that have area */
     int32_t *component; /* #V */
     int32_t component_count;
     double diagonal; /* of the bounding box */

@@ -48,33 +48,3 @@ void find_normals(const tug_mesh *mesh, const double *positions, double *normals
         }
     }
 }
-
-/* The parts of a triangle nearer to one corner than to the others. Where an angle is obtuse their
- * common point lies outside, and half the triangle is that corner's, a quarter each other's. */
-static void split_triangle(const tug_mesh *mesh, int32_t t, double share[3])
-{
-    const double *half_cotangent = mesh->half_cotangent + 3 * (size_t)t;
-    double edge[3][3], part[3];
-    find_edges(mesh->vertices, mesh->dimension, mesh->triangles + 3 * (size_t)t, edge);
-    int obtuse = -1;
-    for (int c = 0; c < 3; c++) {
-        obtuse = half_cotangent[c] < 0.0 ? c : obtuse;
-        part[c] = 0.25 * half_cotangent[c] * space_dot(edge[c], edge[c]);
-    }
-    for (int c = 0; c < 3; c++) {
-        share[c] = obtuse < 0 ? part[(c + 1) % 3] + part[(c + 2) % 3]
-                              : (c == obtuse ? 0.5 : 0.25) * mesh->area[t];
-    }
-}
-
-void find_vertex_areas(const tug_mesh *mesh, double *areas)
-{
-    memset(areas, 0, (size_t)mesh->vertex_count * sizeof *areas);
-    for (int32_t t = 0; t < mesh->triangle_count; t++) {
-        double share[3];
-        split_triangle(mesh, t, share);
-        for (int c = 0; c < 3; c++) {
-            areas[mesh->triangles[3 * (size_t)t + (size_t)c]] += share[c];
-        }
-    }
-}

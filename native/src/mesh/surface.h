@@ -8,7 +8,4 @@
 /* tug_find_normals, its arguments checked. */
 void find_normals(const tug_mesh *mesh, const double *positions, double *normals);
 
-/* tug_find_areas of a sound mesh. */
-void find_vertex_areas(const tug_mesh *mesh, double *areas);
-
 #endif

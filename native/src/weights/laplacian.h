@@ -5,8 +5,9 @@
 
 #include "sparse/sparse.h"
 
-/* L by rows (or columns: it is symmetric), both triangles; positive semidefinite. The mass is
- * divided by the whole area, so that nothing depends on the unit of length. */
+/* L by rows (or columns: it is symmetric), both triangles; positive semidefinite. The mass,
+ * each vertex's Voronoi area, is divided by the whole, so that nothing depends on the unit of
+ * length. */
 typedef struct laplacian {
     int32_t size;
     int32_t *starts; /* size + 1 */

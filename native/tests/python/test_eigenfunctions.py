@@ -67,7 +67,7 @@ def twice(shape: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]
 
 
 def operator(vertices, triangles) -> tuple[scipy.sparse.csc_matrix, np.ndarray]:
-    """Cotangent stiffness and a third of the areas around each vertex, in parts of the whole."""
+    """Cotangent stiffness, and as mass the Voronoi areas in parts of the whole."""
     stiffness = scipy.sparse.csc_matrix((len(vertices), len(vertices)))
     for corner in range(3):
         o, a, b = (triangles[:, (corner + i) % 3] for i in range(3))
@@ -78,8 +78,27 @@ def operator(vertices, triangles) -> tuple[scipy.sparse.csc_matrix, np.ndarray]:
         entries = np.concatenate([half, half, -half, -half])
         places = (np.concatenate([a, b, a, b]), np.concatenate([a, b, b, a]))
         stiffness += scipy.sparse.csc_matrix((entries, places), shape=stiffness.shape)
-    mass = np.bincount(triangles.ravel(), np.repeat(double_area, 3), len(vertices))
+    mass = voronoi_areas(vertices, triangles)
     return stiffness, mass / mass.sum()
+
+
+def voronoi_areas(vertices, triangles) -> np.ndarray:
+    """A corner's part of a triangle lies between the middles of its two sides and the centre of the
+    circumscribed circle; where that is outside, half is the obtuse corner's, a quarter each
+    other's."""
+    areas = np.zeros(len(vertices))
+    for triangle in triangles:
+        a, b, c = vertices[triangle]
+        u, v = b - a, c - a
+        gram = np.array([[u @ u, u @ v], [u @ v, v @ v]])
+        area = 0.5 * np.sqrt(np.linalg.det(gram))
+        p, q = np.linalg.solve(gram, 0.5 * np.diag(gram))  # the centre is a + p u + q v
+        if (inside := np.array([1 - p - q, p, q])).min() < 0:
+            areas[triangle] += np.where(inside < 0, 0.5, 0.25) * area
+            continue
+        # Of the triangle between the centre and a side, each end of the side has half.
+        areas[triangle] += 0.5 * area * (1 - inside)
+    return areas
 
 
 MESHES = {"torus": torus(), "plane": plane(), "sphere": sphere(), "two spheres": twice(sphere())}
