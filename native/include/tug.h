@@ -354,9 +354,9 @@ typedef enum tug_form {
      * than the steady form, and its pose may jump as the paper's does. */
     TUG_FORM_TRUST_REGION = 3,
     /* The average energy (F 9) of Shtern et al., by their algorithm 1: how far the pose is from
-     * each shape as a whole, averaged. A rotation per group and shape, no blends, no costs. It
-     * tends to smooth details out, and not even an example is found exactly; with `scale` it makes
-     * the shapes smaller than they should be. */
+     * each shape as a whole, averaged. A rotation per group and shape; in all three no blends and no
+     * costs. It tends to smooth details out, and not even an example is found exactly; with `scale`
+     * it makes the shapes smaller than they should be. */
     TUG_FORM_AVERAGE = 4,
     /* The minimal energy (F 12), by their algorithm 2: each shape alone is carried to the targets,
      * in the whole dictionary, and the one that fits best is taken. An example is found exactly.
@@ -466,7 +466,8 @@ TUG_API tug_status tug_pose(tug_solver *solver, const double *targets, const dou
 
 /* What the last solve or pose found; TUG_ERROR_ARGUMENT before the first.
  * positions: #V by k, O(#V #W #S k). blend: #G by #S, rows sum to one. costs: sqrt(D_gs) of (A 10),
- * #G by #S, or D_gs with `squared`. rotations: #G by #S by k by k. */
+ * #G by #S, or D_gs with `squared`; refused in the three forms of Shtern et al., which have none.
+ * rotations: #G by #S by k by k. */
 TUG_API tug_status tug_get_positions(const tug_solver *solver, double *positions);
 TUG_API tug_status tug_get_blend(const tug_solver *solver, double *blend);
 TUG_API tug_status tug_get_costs(const tug_solver *solver, double *costs);

@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 const int32_t FORMS[] = {TUG_FORM_STEADY, TUG_FORM_PAPER, TUG_FORM_TRUST_REGION, TUG_FORM_MINIMAL,
                          TUG_FORM_NO_ROTATIONS};
@@ -45,8 +46,14 @@ void restart(bench *b)
     tug_create_solver(b->model, &b->options, &b->solver);
 }
 
+int has_costs(int32_t form)
+{
+    return form != TUG_FORM_AVERAGE && form != TUG_FORM_MINIMAL && form != TUG_FORM_CLOSEST;
+}
+
 int solve(bench *b)
 {
+    memset(b->costs, 0, sizeof b->costs);
     if (b->solver == NULL) {
         restart(b);
     }
@@ -54,7 +61,7 @@ int solve(bench *b)
     return tug_solve(b->solver, b->targets, &b->info) == TUG_OK &&
            tug_get_positions(b->solver, b->positions) == TUG_OK &&
            tug_get_blend(b->solver, b->blend) == TUG_OK &&
-           tug_get_costs(b->solver, b->costs) == TUG_OK &&
+           (!has_costs(b->options.form) || tug_get_costs(b->solver, b->costs) == TUG_OK) &&
            tug_get_rotations(b->solver, b->rotations) == TUG_OK;
 }
 
@@ -137,7 +144,7 @@ double price_of(const bench *b)
 {
     int32_t S = b->f.shapes, n = b->f.groups * S;
     double sum = 0.0, roots[MAX_GROUPS];
-    if (b->options.form == TUG_FORM_MINIMAL) {
+    if (!has_costs(b->options.form)) {
         return 0.0;
     }
     find_share_roots(b, roots);

@@ -31,10 +31,14 @@ void clear(bench *b);
 /* Settings number i: of form, root, one blend or many. */
 void choose_settings(bench *b, int i);
 
+/* Whether the form has costs. */
+int has_costs(int32_t form);
+
 /* A new solver with the options as they are now. */
 void restart(bench *b);
 
-/* Solve for the targets and ask for everything; 0 where a call fails. */
+/* Solve for the targets and ask for everything; 0 where a call fails. Costs are zero in the forms
+ * that have none. */
 int solve(bench *b);
 
 /* Whether the handles of every shape give that shape, to within a part of the diagonal, in sound

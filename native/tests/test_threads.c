@@ -53,13 +53,14 @@ typedef struct drag {
     answer answers[FRAMES];
 } drag;
 
-static int solve_frame(tug_solver *solver, const double *targets, answer *a)
+static int solve_frame(tug_solver *solver, int32_t form, const double *targets, answer *a)
 {
     memset(a, 0, sizeof *a);
     a->info.struct_size = sizeof a->info;
     return tug_solve(solver, targets, &a->info) == TUG_OK &&
            tug_get_positions(solver, a->positions) == TUG_OK &&
-           tug_get_blend(solver, a->blend) == TUG_OK && tug_get_costs(solver, a->costs) == TUG_OK &&
+           tug_get_blend(solver, a->blend) == TUG_OK &&
+           (!has_costs(form) || tug_get_costs(solver, a->costs) == TUG_OK) &&
            tug_get_rotations(solver, a->rotations) == TUG_OK;
 }
 
@@ -73,7 +74,7 @@ static void *solve_frames(void *self)
     d->ok = tug_create_solver(d->model, d->options, &solver) == TUG_OK;
     for (int i = 0; i < 2 * FRAMES && d->ok; i++) {
         int frame = d->backwards ? FRAMES - 1 - i % FRAMES : i % FRAMES;
-        d->ok = solve_frame(solver, d->targets[frame], &d->answers[frame]);
+        d->ok = solve_frame(solver, d->options->form, d->targets[frame], &d->answers[frame]);
     }
     tug_destroy_solver(solver);
     return NULL;

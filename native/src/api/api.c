@@ -597,6 +597,8 @@ tug_status tug_get_costs(const tug_solver *solver, double *costs)
 {
     REQUIRE_SOLVED("tug_get_costs");
     REQUIRE_POINTER("tug_get_costs", costs);
+    REQUIRE(!compares_with_references(solver->options.form),
+            "tug_get_costs: the average, minimal and closest forms have no costs: choose another");
     copy_costs(solver, costs);
     return TUG_OK;
 }

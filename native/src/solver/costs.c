@@ -4,6 +4,7 @@
 #include "dense/dense.h"
 #include "dense/rotation.h"
 #include "memory.h"
+#include "solver/starts.h"
 
 #include <math.h>
 #include <string.h>
@@ -11,7 +12,6 @@
 enum { MAX_STEPS = 100 };
 
 static const double TOLERANCE = 1e-7; /* radians; Newton's error after such a step is its square */
-static const double LEAST_SCALE = 1e-3;
 
 int costs_create(const tug_model *model, shape_costs *c)
 {
@@ -52,74 +52,6 @@ void costs_destroy(shape_costs *c)
     release(c->scale);
     release(c->Y);
     rotation_workspace_destroy(&c->workspace);
-}
-
-/* The matrix whose closest rotation best carries the handles of a shape, seen from one group, to Y,
- * and agrees with the orientations there. */
-static void fit_handles(const tug_model *model, const holding *held, const orientation *oriented,
-                        int32_t s, const double *Y, int32_t g, double *turned)
-{
-    const shape_model *shape = model->shape + s;
-    int32_t k = model->header.dimension, h = model->header.rows;
-    const double *near = model->nearness + g * h;
-    double from[3] = {0}, to[3] = {0}, M[9] = {0}, total = 0.0, size = 0.0;
-    for (int32_t r = 0; r < h; r++) {
-        double weight = near[r] * grip_of(held, r);
-        total += weight;
-        for (int32_t a = 0; a < k; a++) {
-            from[a] += weight * shape->rows[r * k + a];
-            to[a] += weight * Y[r * k + a];
-        }
-    }
-    for (int32_t r = 0; r < h; r++) {
-        for (int32_t i = 0; i < k * k; i++) {
-            double x = shape->rows[r * k + i / k] - from[i / k] / total;
-            M[i] += near[r] * grip_of(held, r) * x * (Y[r * k + i % k] - to[i % k] / total);
-        }
-    }
-    for (int32_t i = 0; i < k * k; i++) {
-        size += fabs(M[i]);
-    }
-    /* Two handles leave the turn about their line open: the least one is taken. */
-    for (int32_t a = 0; a < k; a++) {
-        M[a * k + a] += 1e-6 * size;
-    }
-    multiply(k, model->align + (g * model->header.shapes + s) * k * k, M, turned);
-    add_orientation_pull(model, oriented, g, size > 0.0 ? size : 1.0, turned);
-}
-
-/* The spread of points about their mean as one group sees them. */
-static double find_spread(const tug_model *model, const holding *held, int32_t g,
-                          const double *points)
-{
-    int32_t k = model->header.dimension, h = model->header.rows;
-    const double *near = model->nearness + g * h;
-    double mean[3] = {0}, total = 0.0, squares = 0.0;
-    for (int32_t r = 0; r < h; r++) {
-        double weight = near[r] * grip_of(held, r);
-        total += weight;
-        for (int32_t a = 0; a < k; a++) {
-            mean[a] += weight * points[r * k + a];
-        }
-    }
-    for (int32_t i = 0; i < h * k; i++) {
-        double away = points[i] - mean[i % k] / total;
-        squares += near[i / k] * grip_of(held, i / k) * away * away;
-    }
-    return squares;
-}
-
-void fit_scales(const tug_model *model, const holding *held, const double *Y, shape_costs *c)
-{
-    for (int32_t s = 0; s < model->header.shapes; s++) {
-        double from = 0.0, to = 0.0;
-        for (int32_t g = 0; g < model->header.groups; g++) {
-            from += find_spread(model, held, g, model->shape[s].rows);
-            to += find_spread(model, held, g, Y);
-        }
-        /* Handles that all coincide have no size. */
-        c->scale[s] = from > 0.0 ? fmax(sqrt(to / from), LEAST_SCALE) : 1.0;
-    }
 }
 
 /* tr(T^T L T) of one group. */
@@ -181,66 +113,48 @@ static void find_group_costs(const tug_model *model, const holding *held,
     }
 }
 
-static void start_rotations(const tug_model *model, const holding *held,
-                            const orientation *oriented, int32_t s, const double *Y, int turning,
-                            double *R)
+/* As the shape stands. */
+static void stand_still(const tug_model *model, int32_t s, double *R)
 {
     int32_t k = model->header.dimension, kk = k * k, S = model->header.shapes;
     for (int32_t g = 0; g < model->header.groups; g++) {
-        if (turning) {
-            fit_handles(model, held, oriented, s, Y, g, R + g * kk);
-        } else {
-            const double *Q = model->align + (g * S + s) * kk;
-            for (int32_t i = 0; i < kk; i++) {
-                R[g * kk + i] = Q[(i % k) * k + i / k];
-            }
+        const double *Q = model->align + (g * S + s) * kk;
+        for (int32_t i = 0; i < kk; i++) {
+            R[g * kk + i] = Q[(i % k) * k + i / k];
         }
-    }
-    if (turning) {
-        closest_rotations(k, model->header.groups, R, R);
     }
 }
 
-/* What the energy leaves open stays as it starts. */
-static void add_least_prior(const tug_model *model, const double *start, double *L)
+static void turn_to_optimum(const tug_model *model, const orientation *oriented,
+                            const rotation_energy *energy, shape_costs *c)
 {
-    int32_t k = model->header.dimension, kk = k * k;
-    for (int32_t i = 0; i < model->header.groups * kk; i++) {
-        double weight = LEAST_PRIOR * model->stiffness[i / kk];
-        L[i] += weight * start[i / kk * kk + i % k * k + i / k % k];
+    int32_t kk = energy->k * energy->k, converged;
+    for (int32_t g = 0; g < energy->groups; g++) {
+        add_orientation_pull(model, oriented, g, model->stiffness[g], c->L + g * kk);
     }
+    int32_t steps = fit_rotations(energy, TOLERANCE, MAX_STEPS, &c->workspace, c->R, &converged);
+    c->converged &= converged;
+    c->steps = steps > c->steps ? steps : c->steps;
 }
 
 void find_costs(const tug_model *model, const holding *held, const orientation *oriented,
                 const double *Y, int turning, shape_costs *c)
 {
-    int32_t k = model->header.dimension, kk = k * k;
-    int32_t S = model->header.shapes, G = model->header.groups;
+    int32_t S = model->header.shapes;
     c->converged = 1;
     c->steps = 0;
     for (int32_t s = 0; s < S; s++) {
-        const reduction *reduced = held_energy(model, held, s);
-        rotation_energy energy = {G, k, reduced->C, c->L};
-        for (int32_t i = 0; i < model->header.rows * k; i++) {
-            c->Y[i] = Y[i] / c->scale[s];
-        }
-        find_pull(reduced, c->Y, k, c->L);
-        start_rotations(model, held, oriented, s, c->Y, turning, c->R);
+        rotation_energy energy = energy_alone(model, held, s, Y, c);
         if (turning) {
-            add_least_prior(model, c->R, c->L);
-            for (int32_t g = 0; g < G; g++) {
-                add_orientation_pull(model, oriented, g, model->stiffness[g], c->L + g * kk);
-            }
-            int converged;
-            int32_t steps =
-                fit_rotations(&energy, TOLERANCE, MAX_STEPS, &c->workspace, c->R, &converged);
-            c->converged &= converged;
-            c->steps = steps > c->steps ? steps : c->steps;
+            start_alone(model, held, oriented, s, c);
+            turn_to_optimum(model, oriented, &energy, c);
+        } else {
+            stand_still(model, s, c->R);
         }
         find_group_costs(model, held, oriented, s, c->Y, c);
-        for (int32_t g = 0; g < G; g++) {
+        for (int32_t g = 0; g < model->header.groups; g++) {
             c->D[g * S + s] *= c->scale[s] * c->scale[s];
-            memcpy(c->rotations + (g * S + s) * kk, c->R + g * kk, (size_t)kk * sizeof *c->R);
         }
+        keep_rotations(model, s, c);
     }
 }

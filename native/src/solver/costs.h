@@ -28,10 +28,6 @@ typedef struct shape_costs {
 int costs_create(const tug_model *model, shape_costs *costs);
 void costs_destroy(shape_costs *costs);
 
-/* scale <- how much wider the targets are spread than the handles of each shape, as its groups see
- * them. */
-void fit_scales(const tug_model *model, const holding *held, const double *Y, shape_costs *costs);
-
 /* Y: #H by k. turning: 0 holds every group of every shape as it stands in its shape. What the
  * spring of a row that gives way takes, or an orientation, counts in the group nearest to the row.
  */

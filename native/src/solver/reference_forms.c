@@ -2,9 +2,10 @@
 /* The forms of Shtern et al.: the average energy (their algorithm 1), the minimal one (algorithm
  * 2), and the shape that a round of each finds closest. */
 #include "solver/forms.h"
+#include "solver/reference_newton.h"
 
-#include <math.h>
-#include <string.h>
+/* Rounds of the alternation with one shape, after which Newton's method goes on. */
+enum { ALTERNATING_ROUNDS = 10 };
 
 static reference_question question_of(const tug_solver *solver)
 {
@@ -23,8 +24,12 @@ static reference_set open_set(tug_solver *solver, int32_t first, int32_t count)
 static int32_t alternate(tug_solver *solver, int32_t max_rounds, reference_set *set)
 {
     reference_question question = question_of(solver);
-    return alternate_references(&question, max_rounds, solver->options.tolerance, set,
-                                &solver->references);
+    int creeps = set->count == 1 && max_rounds > ALTERNATING_ROUNDS;
+    int32_t most = creeps ? ALTERNATING_ROUNDS : max_rounds;
+    int32_t rounds =
+        alternate_references(&question, most, solver->options.tolerance, set, &solver->references);
+    return creeps ? rounds + descend_reference(solver, &question, max_rounds - rounds, set)
+                  : rounds;
 }
 
 /* The pose of a set is the answer. The rotations of all shapes are, whether they count or not. */

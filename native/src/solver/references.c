@@ -151,6 +151,7 @@ void settle_references(const reference_question *question, reference_set *set, r
     double scale = set->scale, away = scale - set->start_scale;
     set->energy = 0.5 * (scale * (scale * (h - own) - 2.0 * pulled) / count + question->r);
     set->energy = fmax(set->energy, 0.0);
+    set->magnitude = scale * (scale * (h + own) + fabs(pulled)) / count + question->r;
     set->prior = 0.5 * LEAST_PRIOR / count *
                  (h * away * away + distance_from_prior(question->model, set, room));
     for (size_t i = 0; i < size; i++) {

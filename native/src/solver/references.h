@@ -23,9 +23,10 @@
 typedef struct reference_set {
     int32_t first, count;
     double scale, start_scale;
-    double energy;   /* E */
-    double prior;    /* what the priors add to it */
-    double residual; /* the largest angle of the last turn */
+    double energy;    /* E */
+    double prior;     /* what the priors add to it */
+    double magnitude; /* of the terms that E is summed from: its rounding is relative to it */
+    double residual;  /* the largest angle of the last turn */
 } reference_set;
 
 /* Stacks are those of shape_couplings.h. */

@@ -102,8 +102,8 @@ PART void multiply_stacked(const rotation_energy *energy, int32_t k, const doubl
     }
 }
 
-DISPATCHED static void find_CR(const rotation_energy *energy, const double *R,
-                               rotation_workspace *w)
+DISPATCHED void couple_rotations(const rotation_energy *energy, const double *R,
+                                 rotation_workspace *w)
 {
     if (energy->k == 3) {
         multiply_stacked(energy, 3, R, w);
@@ -126,7 +126,7 @@ static double own_trace(const rotation_energy *energy, int32_t g)
 double evaluate_rotations(const rotation_energy *energy, const double *R, rotation_workspace *w)
 {
     int32_t k = energy->k, kk = k * k;
-    find_CR(energy, R, w);
+    couple_rotations(energy, R, w);
     double sum = 0.0;
     w->magnitude = 0.0;
     for (int32_t g = 0; g < energy->groups; g++) {
@@ -277,7 +277,7 @@ DISPATCHED static void differentiate_here(const rotation_energy *energy, const d
 
 void differentiate_rotations(const rotation_energy *energy, const double *R, rotation_workspace *w)
 {
-    find_CR(energy, R, w);
+    couple_rotations(energy, R, w);
     differentiate_here(energy, R, w);
 }
 
@@ -341,6 +341,11 @@ void turn_all(const rotation_energy *energy, const double *R, double t, rotation
     }
 }
 
+double longest_part(double turned)
+{
+    return turned > LONGEST_TURN ? LONGEST_TURN / turned : 1.0;
+}
+
 /* One step downhill from R, where f is *value and CR is up to date, to where they are so again.
  * Returns the angle of the full step, or 0 where rounding leaves none. */
 static double descend(const rotation_energy *energy, rotation_workspace *w, double *R,
@@ -353,7 +358,7 @@ static double descend(const rotation_energy *energy, rotation_workspace *w, doub
     find_newton_step(size, w);
     double slope = dot(w->gradient, w->step, (size_t)size);
     double full = largest_turn(energy, w);
-    double t = full > LONGEST_TURN ? LONGEST_TURN / full : 1.0;
+    double t = longest_part(full);
     for (int halvings = 0; halvings < 40; halvings++, t *= 0.5) {
         turn_all(energy, R, t, w);
         double after = evaluate_rotations(energy, w->trial, w);

@@ -39,6 +39,10 @@ typedef struct rotation_workspace {
 int rotation_workspace_create(int32_t groups, int32_t k, rotation_workspace *workspace);
 void rotation_workspace_destroy(rotation_workspace *workspace);
 
+/* The workspace's CR at R. */
+void couple_rotations(const rotation_energy *energy, const double *R,
+                      rotation_workspace *workspace);
+
 double evaluate_rotations(const rotation_energy *energy, const double *R,
                           rotation_workspace *workspace);
 
@@ -52,6 +56,9 @@ void find_newton_step(int32_t size, rotation_workspace *workspace);
 
 /* The largest angle by which the step turns a group. */
 double largest_turn(const rotation_energy *energy, const rotation_workspace *workspace);
+
+/* How much of a step to try first, by its largest turn. */
+double longest_part(double turned);
 
 /* trial <- the rotations R turned by t times the step. */
 void turn_all(const rotation_energy *energy, const double *R, double t,

@@ -19,6 +19,11 @@ static double *block_of(const shape_couplings *c, int32_t s, int32_t t)
     return c->blocks + (size_t)number * block_size(c);
 }
 
+const double *own_coupling(const shape_couplings *c, int32_t s)
+{
+    return block_of(c, s, s);
+}
+
 int couplings_create(const tug_model *model, int all, shape_couplings *c)
 {
     int32_t S = model->header.shapes, k = model->header.dimension;

@@ -32,6 +32,9 @@ static inline int32_t slice_size(const shape_couplings *couplings)
     return couplings->k * couplings->stride;
 }
 
+/* The block of a shape with itself. */
+const double *own_coupling(const shape_couplings *couplings, int32_t s);
+
 /* AX = A X for the shapes from `first` on, as if the others were zero; only their part is written.
  */
 void couple_shapes(const shape_couplings *couplings, int32_t first, int32_t count, const double *X,

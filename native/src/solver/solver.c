@@ -4,6 +4,7 @@
 #include "dense/small_matrix.h"
 #include "solver/forms.h"
 #include "solver/moments.h"
+#include "solver/starts.h"
 
 #include <math.h>
 #include <string.h>
@@ -44,6 +45,8 @@ static void price_shapes(tug_solver *solver)
 {
     int32_t G = solver->model->header.groups, S = solver->model->header.shapes;
     const double *D = solver->costs.D;
+    find_costs(solver->model, solver->held, &solver->oriented, solver->Y,
+               solver->options.form != TUG_FORM_NO_ROTATIONS, &solver->costs);
     int shared = solver->options.form == TUG_FORM_STEADY && !solver->options.squared;
     for (int32_t i = 0; i < G * S; i++) {
         double share = shared ? stiffness_share(solver->model, i / S) : 1.0;
@@ -56,6 +59,18 @@ static void price_shapes(tug_solver *solver)
         }
         solver->folded_d[s] = cost_of(solver, sum);
     }
+}
+
+/* Where the forms without costs start. */
+static void start_shapes(tug_solver *solver, int given)
+{
+    if (solver->options.scale) {
+        fit_scales(solver->model, solver->held, solver->Y, &solver->costs);
+    }
+    if (!given) {
+        find_starts(solver->model, solver->held, solver->Y, &solver->costs);
+    }
+    solver->costs.converged = 1;
 }
 
 /* A cold start: each group's cheapest shape. */
@@ -121,16 +136,15 @@ void solver_solve(tug_solver *solver, const double *targets, const double *rotat
                   tug_solve_info *info)
 {
     take_targets(solver, targets);
-    if (solver->options.scale) {
-        fit_scales(solver->model, solver->held, solver->Y, &solver->costs);
+    if (compares_with_references(solver->options.form)) {
+        start_shapes(solver, rotations != NULL);
+    } else {
+        price_shapes(solver);
+        start_blend(solver);
     }
-    find_costs(solver->model, solver->held, &solver->oriented, solver->Y,
-               solver->options.form != TUG_FORM_NO_ROTATIONS, &solver->costs);
     if (rotations != NULL) {
         align_rotations(solver->model, rotations, solver->costs.rotations);
     }
-    price_shapes(solver);
-    start_blend(solver);
     solver->scale = 1.0;
     size_t size = info->struct_size;
     *info = (tug_solve_info){.struct_size = size};

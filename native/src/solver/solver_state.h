@@ -42,7 +42,8 @@ struct tug_solver {
     blend_workspace blending;
     blend_result blend;
 
-    /* The steady form's own: one rotation per group. */
+    /* The steady form's own: one rotation per group. group_R, C, L and turning also serve rounds
+     * with one shape by Newton's method. */
     double *group_R, *prior_R, *kept_R; /* #G by k by k */
     double *prior_B;                    /* #G by #S */
     working_set set;                    /* what the steady form looks at of the blend */
