@@ -1,9 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which point belongs to which row, where that is not known: four feet, and four points.
 
-The matching whose pose has the least objective is the right one (F, section 5). Rows that are let
-go lower the objective, so a part of a matching bounds all that it can become: the search goes on
-with the most promising part (A*), and what it finds first is what trying all would find.
+The matching whose pose has the least objective is taken for the right one (F, section 5). Where
+there are not too many, all are tried. Else a search (A*) leaves out what cannot become the best:
+rows that are let go lower the least objective, so that a part of a matching bounds what it becomes.
+
+That bound holds for minima over all poses. A solve finds a local one, and the steady form's priors
+follow the targets, so that letting a row go may raise what a solve finds. The search is told to
+expect that up to a margin; it finds the best matching wherever the margin is enough, and nothing
+proves that it always is.
 """
 
 from __future__ import annotations
@@ -19,12 +24,13 @@ import numpy as np
 from ..native import ERROR_HANDLES, Progress, TugError
 from ..solver import Solver
 
-# Minima are local ones, and the steady form's priors follow the targets: letting a row go may raise
-# the objective after all. By half a percent at most, in every form, on the creature of the sample
-# scenes with its legs exchanged in all ways.
+TRIED = 720  # matchings that are all tried, in a few seconds: six feet, say
+
+# How far a part's objective may be above that of what it becomes. It is by half a percent at most,
+# in every form, on the creature of the sample scenes with its legs exchanged in all ways.
 MARGIN = 0.05
 
-FEW = 6  # matchings that are tried outright
+FEW = 6  # matchings left of a part that the search tries outright
 
 
 @dataclass(frozen=True)
@@ -50,14 +56,15 @@ def find_correspondence(
     stand in any order among themselves. groups: numbers of rows, each in one group at most. All
     rows are pinned, also afterwards, and the solver is left with the best pose.
 
-    Where the points tell nothing until all are placed, that takes up to a third more solves than
-    there are matchings, else far fewer.
+    Up to TRIED matchings the objective is the least of all, each of them solved for. With more it
+    is where no part of the best is above it by more than MARGIN, for far fewer solves as a rule;
+    where points tell nothing until all are placed, a third more than there are matchings.
     """
     points = np.ascontiguousarray(points, np.float64)
     _check(solver, points, groups)
     search = _Search(solver, points, groups)
     try:
-        return search.run(progress)
+        return search.try_all(progress) if search.matchings <= TRIED else search.run(progress)
     finally:
         solver.set_firmness(np.full(len(points), np.inf))
         if search.best is not None:
@@ -73,7 +80,17 @@ class _Search:
         # Of each of these rows: its points, and how many of them the rows before it leave.
         self.candidates = [sorted(group) for group in groups for _ in group]
         self.choices = [left for group in groups for left in range(len(group), 0, -1)]
+        self.matchings = prod(self.choices)
         self.solves, self.best = 0, None
+
+    def try_all(self, progress: Progress | None) -> Correspondence:
+        """Of equal ones the first, as the search takes it."""
+        found = []
+        for matching in self._extended((), len(self.rows)):
+            if progress:
+                progress("match points", self.solves / self.matchings)
+            found.append((self._objective(matching), matching))
+        return self._result(*min(found))
 
     def run(self, progress: Progress | None) -> Correspondence:
         open_parts = [(self._objective(()), ())]  # what they become has no lower objective
@@ -84,10 +101,13 @@ class _Search:
             if progress:
                 progress("match points", furthest / max(len(self.rows), 1))
             if len(part) == len(self.rows):
-                self.best = self._order(part)
-                return Correspondence(self.best, bound, self.solves)
+                return self._result(bound, part)
             for longer in self._longer(part):
                 heapq.heappush(open_parts, (max(bound, self._objective(longer)), longer))
+
+    def _result(self, objective: float, matching: tuple[int, ...]) -> Correspondence:
+        self.best = self._order(matching)
+        return Correspondence(self.best, objective, self.solves)
 
     def _longer(self, part: tuple[int, ...]) -> list[tuple[int, ...]]:
         """With a row more, and all that leave no choice; with all rows where few matchings are
@@ -96,6 +116,10 @@ class _Search:
         length = len(part) + 1
         while length < len(self.rows) and (few or self.choices[length] == 1):
             length += 1
+        return self._extended(part, length)
+
+    def _extended(self, part: tuple[int, ...], length: int) -> list[tuple[int, ...]]:
+        """All parts of so many rows that begin with this one."""
         parts = [part]
         for candidates in self.candidates[len(part) : length]:
             parts = [(*one, point) for one in parts for point in candidates if point not in one]

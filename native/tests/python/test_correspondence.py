@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 from itertools import permutations, product
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from addon.geometry import Rows
+from addon.registration import correspondence
 from addon.registration.body import Body
 from addon.registration.correspondence import find_correspondence
 from addon.solver import Form, Solver
@@ -24,6 +26,12 @@ def posed(creature, left_out: str, **options) -> tuple[Solver, np.ndarray]:
     return Body(shapes, creature.triangles, **options).solver(Rows.pin(vertices)), truth[vertices]
 
 
+@pytest.fixture
+def searched(monkeypatch):
+    """However few the matchings are, they are searched rather than all tried."""
+    monkeypatch.setattr(correspondence, "TRIED", 0)
+
+
 def exhaustive(solver: Solver, points: np.ndarray, groups: list[list[int]]) -> tuple:
     """The best objective and its order, from a solve of every matching."""
     found = []
@@ -37,7 +45,7 @@ def exhaustive(solver: Solver, points: np.ndarray, groups: list[list[int]]) -> t
 
 @pytest.mark.parametrize("form", [Form.STEADY, Form.PAPER, Form.CLOSEST])
 @pytest.mark.parametrize("left_out", ["Stepping", "Curled", "Sitting"])
-def test_four_legs_are_told_apart_as_by_trying_all(creature, left_out, form):
+def test_four_legs_are_told_apart_as_by_trying_all(searched, creature, left_out, form):
     solver, points = posed(creature, left_out, form=form)
     legs = [list(creature.handles).index(name) for name in LEGS]
     shuffle = np.arange(len(points))
@@ -49,7 +57,7 @@ def test_four_legs_are_told_apart_as_by_trying_all(creature, left_out, form):
     np.testing.assert_array_equal(points[shuffle][found.order], points)
 
 
-def test_far_fewer_solves_are_needed_than_there_are_matchings(creature):
+def test_far_fewer_solves_are_needed_than_there_are_matchings(searched, creature):
     solver, points = posed(creature, "Stepping")
     names = list(creature.handles)
     groups = [
@@ -69,6 +77,43 @@ def test_the_solver_is_left_pinned_with_the_best_pose(creature):
     solver.set_firmness(np.full(len(points), np.inf))
     solver.solve(points)
     np.testing.assert_array_equal(left, solver.positions())
+
+
+class Oracle:
+    """In the place of a solver of four rows: objectives by order, and one for all parts."""
+
+    sizes = SimpleNamespace(rows=4, dimension=1)
+
+    def __init__(self, objectives: dict[tuple, float], of_parts: float) -> None:
+        self.objectives, self.of_parts, self.pinned = objectives, of_parts, True
+
+    def set_firmness(self, firmness: np.ndarray) -> None:
+        self.pinned = bool(np.isinf(firmness).all())
+
+    def solve(self, targets: np.ndarray) -> SimpleNamespace:
+        order = tuple(targets.ravel().astype(int).tolist())
+        return SimpleNamespace(objective=self.objectives[order] if self.pinned else self.of_parts)
+
+
+@pytest.mark.parametrize("of_parts", [0.0, 0.5, 100.0])
+def test_few_matchings_are_all_tried_whatever_their_parts_promise(of_parts):
+    for best in permutations(range(4)):
+        objectives = dict.fromkeys(permutations(range(4)), 2.0) | {best: 1.0}
+        points = np.arange(4.0)[:, None]
+        found = find_correspondence(Oracle(objectives, of_parts), points, [[0, 1, 2, 3]])
+        assert (tuple(found.order), found.objective, found.solves) == (best, 1.0, 24)
+
+
+def test_the_search_finds_the_best_where_parts_are_above_it_by_no_more_than_the_margin(
+    searched, monkeypatch
+):
+    monkeypatch.setattr(correspondence, "FEW", 1)
+    just = 1.0 / (1.0 - correspondence.MARGIN)
+    for best in permutations(range(4)):
+        objectives = dict.fromkeys(permutations(range(4)), 1.01) | {best: 1.0}
+        oracle = Oracle(objectives, 0.999 * just)
+        found = find_correspondence(oracle, np.arange(4.0)[:, None], [[0, 1, 2, 3]])
+        assert tuple(found.order) == best
 
 
 def test_rows_of_a_flat_snake_are_told_apart():
