@@ -3,36 +3,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
 
 import bpy
-import numpy as np
 
 from . import film, live, pc2, rig, shape_keys
-from .geometry import Mesh
+from .fit_job import FitJob, FitSummary, Sight, explaining
 from .inputs import RigError
-from .native import Progress, TugError
-from .registration.body import Body
-from .registration.features import Features
-from .registration.nonrigid import Settings, register
+from .native import Progress
+from .registration.nonrigid import Settings
 from .targets import Place, Target, find_pairs, read_features, read_scan
-
-
-@dataclass(frozen=True)
-class FitSummary:
-    """How a fit ended. covered: the part of the object's area that has a match in the target;
-    distance: root mean square between matches, in the space of the object. All but the number of
-    features are zero where the target has nothing but empties."""
-
-    features: int
-    points: int = 0
-    covered: float = 0.0
-    distance: float = 0.0
-    rounds: int = 0
-    converged: bool = True
 
 
 def fit(
@@ -51,11 +32,36 @@ def fit(
     empties below the target, or in the collection, that have the names of handles. Without any, the
     fit starts from the pose that the handles have now. On an error nothing has changed.
     """
-    fitter = _Fitter(obj, target, pairs, settings)
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    positions, summary = fitter.pose(depsgraph, progress)
-    rig.show(obj, positions, depsgraph)
-    return summary
+    job = plan_fit(obj, target, pairs, settings=settings)
+    job.build(progress)
+    return finish_fit(obj, job)
+
+
+def plan_fit(
+    obj: bpy.types.Object,
+    target: Target,
+    pairs: Mapping[str | int, Place] | None = None,
+    *,
+    settings: Settings | None = None,
+) -> FitJob:
+    """The first part of a fit: check and read everything, on the main thread. The second, which
+    takes the time, is FitJob.build, on any thread; finish_fit is the last."""
+    view = _View(obj, target, pairs)
+    return view.plan(bpy.context.evaluated_depsgraph_get(), settings)
+
+
+def finish_fit(obj: bpy.types.Object, job: FitJob) -> FitSummary:
+    """The last part of a fit: write the pose, on the main thread. Raises RigError, and changes
+    nothing, where the object is no longer what was read."""
+    if job.pose is None:
+        raise ValueError("the job has not been built")
+    live.check(obj, bpy.context.scene)
+    now = live.read(obj)
+    same = (now.digest(), now.options) == (job.recipe.digest(), job.recipe.options)
+    if obj.session_uid != job.identity or not same:
+        raise RigError(f'"{obj.name}" was edited while it was being fitted: fit it again')
+    rig.show(obj, job.pose, bpy.context.evaluated_depsgraph_get())
+    return job.summary
 
 
 def fit_frames(
@@ -74,26 +80,22 @@ def fit_frames(
 
     Every frame is fitted on its own, so that pieces of a range agree with the whole.
     """
-    fitter = _Fitter(obj, target, pairs, settings)
-    paths = {obj: path}
-    return film.shoot(paths, first, last, lambda _, writer: _Film(fitter, writer), progress)[0]
+    view = _View(obj, target, pairs)
+    return film.shoot(
+        {obj: path}, first, last, lambda _, writer: _Film(view, settings, writer), progress
+    )[0]
 
 
-class _Fitter:
-    """One rig and one target, at any frame."""
+class _View:
+    """One rig and one target, to be read at any frame."""
 
     def __init__(
-        self,
-        obj: bpy.types.Object,
-        target: Target,
-        pairs: Mapping[str | int, Place] | None,
-        settings: Settings | None,
+        self, obj: bpy.types.Object, target: Target, pairs: Mapping[str | int, Place] | None
     ) -> None:
         if target == obj:
             raise RigError(f'"{obj.name}" cannot be fitted to itself')
-        live.touch(obj)
-        live.current(obj, bpy.context.scene)  # raises where the rig is stale
-        self.obj, self.target, self.settings = obj, target, settings
+        live.check(obj, bpy.context.scene)
+        self.obj, self.target = obj, target
         self.pairs = find_pairs(obj, target) if pairs is None else pairs
         if not self.pairs and isinstance(target, bpy.types.Collection):
             names = ", ".join(handle.name for handle in obj.tug.handles)
@@ -101,67 +103,39 @@ class _Fitter:
                 f'no empty of the collection "{target.name}" has the name of a handle of '
                 f'"{obj.name}": {names}'
             )
-        with self._explaining():
-            self.body = _body(obj)
 
-    def pose(
-        self, depsgraph: bpy.types.Depsgraph, progress: Progress | None = None
-    ) -> tuple[np.ndarray, FitSummary]:
-        """#V by 3 in the space of the object. Writes nothing."""
-        with self._explaining():
+    def plan(self, depsgraph: bpy.types.Depsgraph, settings: Settings | None) -> FitJob:
+        return FitJob(
+            name=self.obj.name,
+            identity=self.obj.session_uid,
+            target=self.target.name,
+            recipe=live.read(self.obj),
+            settings=settings,
+            sight=self.sight(depsgraph),
+        )
+
+    def sight(self, depsgraph: bpy.types.Depsgraph) -> Sight:
+        with explaining(self.obj.name, self.target.name):
             scan = None
             if isinstance(self.target, bpy.types.Object):
                 scan = read_scan(self.obj, self.target, depsgraph)
             vertices, places = read_features(self.obj, self.pairs, scan, depsgraph)
-            features = Features.at_points(vertices, places) if self.pairs else None
-            if scan is None:
-                return features.pose(self.body, np.inf), FitSummary(len(vertices))
-            settings = self.settings or Settings(
-                angle=None if scan.normals is None else Settings.angle
-            )
-            start = None if features else rig.positions(self.obj, depsgraph)
-            found = register(
-                self.body, scan, features, start=start, settings=settings, progress=progress
-            )
-        return found.positions, FitSummary(
-            features=len(vertices),
-            points=len(scan.points),
-            covered=found.covered,
-            distance=found.distance,
-            rounds=found.rounds,
-            converged=found.converged,
-        )
-
-    @contextmanager
-    def _explaining(self) -> Iterator[None]:
-        try:
-            yield
-        except (ValueError, TugError) as error:
-            reason = error.reason if isinstance(error, TugError) else error
-            names = f'"{self.obj.name}" cannot be fitted to "{self.target.name}"'
-            raise RigError(f"{names}: {reason}") from error
+        start = None if vertices else rig.positions(self.obj, depsgraph)
+        return Sight(scan, vertices, places, start)
 
 
 class _Film:
-    def __init__(self, fitter: _Fitter, writer: pc2.Writer) -> None:
-        self.fitter, self.writer = fitter, writer
+    """A fit of every frame."""
+
+    def __init__(self, view: _View, settings: Settings | None, writer: pc2.Writer) -> None:
+        self.view, self.settings, self.writer = view, settings, writer
+        self.job: FitJob | None = None
 
     def visit(self, depsgraph: bpy.types.Depsgraph) -> None:
-        obj = self.fitter.obj
-        positions, _ = self.fitter.pose(depsgraph)
-        self.writer.write(positions + shape_keys.added_on_top(obj, obj.tug.result))
-
-
-def _body(obj: bpy.types.Object) -> Body:
-    """The rig with its own functions and energy."""
-    recipe = live.read(obj)
-    given = recipe.given
-    if len(given.axes) < 3:
-        raise ValueError("its shapes are flat, and only shapes in space can be fitted")
-    with Mesh(given.solved_shapes[0], given.triangles) as mesh:
-        functions = recipe.stored.functions(mesh, recipe.group_count)
-    return Body(
-        *(given.solved_shapes, given.triangles, functions),
-        stiffness=given.stiffness,
-        **recipe.options,
-    )
+        if self.job is None:
+            self.job = self.view.plan(depsgraph, self.settings)
+        else:
+            self.job.sight = self.view.sight(depsgraph)
+        self.job.build()
+        obj = self.view.obj
+        self.writer.write(self.job.pose + shape_keys.added_on_top(obj, obj.tug.result))

@@ -206,7 +206,9 @@ def solver_options(obj: bpy.types.Object) -> dict[str, float]:
 
 
 def read(obj: bpy.types.Object) -> Recipe:
-    """The recipe of a bound object."""
+    """The recipe of a bound object, at a look at the whole mesh."""
+    if inputs.topology(obj.data) != obj.tug.topology:
+        raise _stale(obj, "its faces were edited")
     given = inputs.gather(obj, inputs.bound_examples(obj), obj.tug.handles)
     return recipe(obj, given, functions.read(obj, given))
 
@@ -232,9 +234,6 @@ def alive(obj: bpy.types.Object, scene: bpy.types.Scene) -> list[bool]:
 
 
 def _refreshed(obj: bpy.types.Object, live: Live | None) -> Live:
-    rig = obj.tug
-    if inputs.topology(obj.data) != rig.topology:
-        raise _stale(obj, "its faces were edited")
     recipe = read(obj)
     if live and (live.content, live.options) == (recipe.digest(), recipe.options):
         live.touched = False

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterable
 from math import radians
 
@@ -30,7 +31,7 @@ from support import (
 
 from addon import rig, shape_keys
 from addon.dictionaries import Dictionary
-from addon.fit import fit, fit_frames
+from addon.fit import finish_fit, fit, fit_frames, plan_fit
 from addon.inputs import RigError
 from addon.registration.nonrigid import Settings
 
@@ -205,6 +206,69 @@ def test_handles_pose_the_rig_again_after_a_fit(obj):
     fit(obj, add_scan(obj, pose()))
     rig.solve(obj, depsgraph())
     assert_close(result(obj), before)
+
+
+# In three parts -----------------------------------------------------------------------------------
+
+
+def built_in_thread(job, progress=None):
+    """What went wrong, if anything."""
+    problems = []
+
+    def build():
+        try:
+            job.build(progress)
+        except BaseException as error:
+            problems.append(error)
+
+    thread = threading.Thread(target=build)
+    thread.start()
+    thread.join()
+    return problems
+
+
+def test_a_fit_in_a_thread_is_what_a_fit_gives(obj):
+    scan = add_scan(obj, pose())
+    fit(obj, scan)
+    wanted = result(obj)
+    rig.solve(obj, depsgraph())
+    before = state(obj)
+    job = plan_fit(obj, scan)
+    assert built_in_thread(job) == []
+    assert state(obj) == before
+    assert finish_fit(obj, job).features == 3
+    np.testing.assert_array_equal(result(obj), wanted)
+
+
+def test_a_thread_that_is_cancelled_leaves_the_scene_as_it_was(obj):
+    def stop(stage, fraction):
+        if fraction > 0.3:
+            raise KeyboardInterrupt
+
+    job = plan_fit(obj, add_scan(obj, pose()))
+    before = state(obj)
+    assert isinstance(built_in_thread(job, stop)[0], KeyboardInterrupt)
+    with pytest.raises(ValueError, match="has not been built"):
+        finish_fit(obj, job)
+    assert state(obj) == before
+
+
+def test_a_fit_is_not_finished_on_an_object_that_was_edited_meanwhile(obj):
+    job = plan_fit(obj, add_scan(obj, pose()))
+    assert built_in_thread(job) == []
+    bend = shape_keys.coordinates(key(obj, "Bend"))
+    shape_keys.write(obj.data, key(obj, "Bend"), 1.1 * bend)
+    before = state(obj)
+    with pytest.raises(RigError, match="was edited while it was being fitted: fit it again"):
+        finish_fit(obj, job)
+    assert state(obj) == before
+
+
+def test_a_target_of_another_size_is_followed(obj):
+    obj.tug.form, obj.tug.follow_size = "CLOSEST", True
+    large = 1.4 * pose()
+    fit(obj, add_scan(obj, large))
+    assert error(obj, large) < 0.02
 
 
 # Every frame ------------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ from typing import Self
 import numpy as np
 
 from ..geometry import Rows
+from ..parts import find_floating
 from .body import Body
 from .scan import Scan
 
@@ -102,14 +103,11 @@ class Features:
         self._check_parts(body)
 
     def _check_parts(self, body: Body) -> None:
-        """A part without a feature is held all the same where its weights are tied to those of
-        parts that have one."""
-        part = body.mesh.components()
-        held = np.isin(part, part[self.vertices])
-        weights = body.functions.weights
-        if held.all() or np.linalg.matrix_rank(weights[held]) == weights.shape[1]:
-            return
-        raise ValueError(
-            f"the mesh has {part.max() + 1} parts that are not connected, and the one with vertex "
-            f"{np.flatnonzero(~held)[0]} has no feature: give each part one"
-        )
+        """Raises ValueError where a part has no feature and moves by weights of its own."""
+        vertex = find_floating(body.mesh, body.functions.weights, self.vertices)
+        if vertex >= 0:
+            parts = body.mesh.components().max() + 1
+            raise ValueError(
+                f"the mesh has {parts} parts that are not connected, and the one with vertex "
+                f"{vertex} has no feature: give each part one"
+            )
