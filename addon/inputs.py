@@ -26,16 +26,15 @@ class Inputs:
     """Arrays of an object whose keys and handles have been checked.
 
     shapes: #S by #V by 3 float32, Basis first. triangles: #F by 3; faces: #F, the face that each is
-    of. handles: the vertex of each; free: which of them no row pins. stiffness: #F, what the energy
-    of each triangle is multiplied by. axes: the coordinates that are solved for, two where every
-    shape lies in one plane across an axis. topology: digest of the faces.
+    of. handles: the vertex of each. stiffness: #F, what the energy of each triangle is multiplied
+    by. axes: the coordinates that are solved for, two where every shape lies in one plane across an
+    axis. topology: digest of the faces.
     """
 
     shapes: np.ndarray
     triangles: np.ndarray
     faces: np.ndarray
     handles: np.ndarray
-    free: np.ndarray
     stiffness: np.ndarray
     axes: list[int]
     topology: str
@@ -44,10 +43,6 @@ class Inputs:
     def solved_shapes(self) -> np.ndarray:
         """#S by #V by k float64."""
         return np.ascontiguousarray(self.shapes[:, :, self.axes], np.float64)
-
-    @property
-    def pinned(self) -> np.ndarray:
-        return self.handles[~self.free]
 
 
 def digest(*arrays: np.ndarray) -> str:
@@ -85,6 +80,12 @@ def ticked(obj: bpy.types.Object) -> list[str]:
     ]
 
 
+def tick(obj: bpy.types.Object, name: str, *, use: bool) -> None:
+    """Let a shape key be an example, or leave it out, from the next bind on."""
+    shape = obj.tug.shapes.get(name) or obj.tug.shapes.add()
+    shape.name, shape.use = name, use
+
+
 def bound_examples(obj: bpy.types.Object) -> list[str]:
     """Names of the keys that the rig was bound to, Basis first."""
     return json.loads(obj.tug.examples) if obj.tug.bound else []
@@ -103,11 +104,17 @@ def gather(
         triangles=triangles,
         faces=faces,
         handles=_vertices(obj, handles, vertices or [handle.vertex for handle in handles]),
-        free=np.array([handle.free for handle in handles]),
         stiffness=_stiffness(obj, triangles),
         axes=_axes(shapes),
         topology=topology(obj.data),
     )
+
+
+def surface(obj: bpy.types.Object) -> tuple[np.ndarray, np.ndarray]:
+    """The rest shape, #V by 3, and its triangles, #F by 3."""
+    check_object(obj)
+    rest = _shapes(obj, [obj.data.shape_keys.reference_key.name])[0]
+    return rest.astype(np.float64), _triangles(obj.data)[0]
 
 
 def topology(mesh: bpy.types.Mesh) -> str:
@@ -167,8 +174,6 @@ def _vertices(
                 f"vertex {vertex}: put one on another vertex or delete it"
             )
         seen[vertex] = handle.name
-    if all(handle.free for handle in handles):
-        raise RigError(f'every handle of "{obj.name}" is free: none is left to pull it by')
     return np.array(list(seen), np.int32)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from . import functions
 from .geometry import Mesh
 from .inputs import Inputs, RigError
-from .live import Live, Recipe, part
+from .live import Live, Pull, Recipe, part
 from .native import Progress, TugError
 from .parts import find_floating
 from .solver import SolveInfo
@@ -35,7 +35,7 @@ class Job:
     """Everything that the bind of one object reads, and then what it built.
 
     identity: of the object. examples: names of keys, Basis first. recipe: its `stored` is None
-    where the functions are to be computed. targets: #H by 3 in object space.
+    where the functions are to be computed.
     """
 
     name: str
@@ -43,7 +43,7 @@ class Job:
     examples: list[str]
     recipe: Recipe
     follow_nearest: bool
-    targets: np.ndarray
+    pull: Pull
     built: Built | None = None
 
     @property
@@ -88,12 +88,12 @@ class Job:
             self._check_held(mesh, recipe.stored.weights)
             live = recipe.make(mesh, part(progress, 0.6, 1.0))
         times.append(time.perf_counter())
-        pose, info = live.pose(self.targets)
+        pose, info = live.pose(self.pull)
         times.append(time.perf_counter())
         return Built(recipe, live, pose, info, report.text, np.diff(times).tolist())
 
     def _check_held(self, mesh: Mesh, weights: np.ndarray) -> None:
-        vertex = find_floating(mesh, weights, self.given.pinned)
+        vertex = find_floating(mesh, weights, self.given.handles)
         if vertex >= 0:
             raise RigError(
                 f'"{self.name}" cannot be bound: the part with vertex {vertex} has no handle: put '

@@ -51,7 +51,7 @@ class Recipe:
         given = self.given
         stored = (self.stored.weights, self.stored.groups) if self.stored else ()
         return inputs.digest(
-            *(given.shapes, given.triangles, given.handles, given.free, given.stiffness),
+            *(given.shapes, given.triangles, given.handles, given.stiffness),
             *(array for array in stored if array is not None),
             np.array([self.group_count]),
         )
@@ -60,7 +60,7 @@ class Recipe:
         """The solver, on any thread. mesh: of the rest shape. May raise TugError."""
         given = self.given
         functions = self.stored.functions(mesh, self.group_count, part(progress, 0.0, 0.1))
-        rows = Rows.pin(given.pinned)
+        rows = Rows.pin(given.handles)
         with Model(
             *(mesh, given.solved_shapes, functions.weights, rows, functions.groups),
             stiffness=given.stiffness,
@@ -75,6 +75,18 @@ class Recipe:
                 triangles=given.triangles,
                 groups=functions.groups,
             )
+
+
+@dataclass(frozen=True)
+class Pull:
+    """What the handles ask for: #H by 3 targets in object space, and how firmly each is held, #H
+    (see Solver.set_firmness)."""
+
+    targets: np.ndarray
+    firmness: np.ndarray
+
+    def digest(self) -> str:
+        return inputs.digest(self.targets, self.firmness)
 
 
 @dataclass(frozen=True)
@@ -114,27 +126,31 @@ class Live:
         with self.lock:
             return self.solver.blend()
 
-    def solution(self, targets: np.ndarray) -> Solution:
-        """What a solve finds for #H by 3 targets in object space, to be averaged and shown."""
-        targets = targets[:, self.axes]
+    def solution(self, pull: Pull) -> Solution:
+        """What a solve finds, to be averaged and shown."""
+        targets = pull.targets[:, self.axes]
         with self.lock:
+            self.solver.set_firmness(pull.firmness)
             self.solver.solve(targets)
-            return Solution(targets, self.solver.blend(), self.solver.rotations())
+            blend, rotations = self.solver.blend(), self.solver.rotations()
+        return Solution(targets, blend, rotations, pull.firmness)
 
     def shown(self, solution: Solution) -> np.ndarray:
         """#V by 3 positions of a solution, in object space."""
         positions = self.rest.copy()
         with self.lock:
+            self.solver.set_firmness(solution.firmness)
             self.solver.pose(solution.targets, solution.blend, solution.rotations)
             positions[:, self.axes] = self.solver.positions()
         return positions
 
-    def pose(self, targets: np.ndarray) -> tuple[np.ndarray, SolveInfo]:
-        """#V by 3 positions for #H by 3 targets, in object space."""
+    def pose(self, pull: Pull) -> tuple[np.ndarray, SolveInfo]:
+        """#V by 3 positions, in object space."""
         started = time.perf_counter()
         positions = self.rest.copy()
         with self.lock:
-            info = self.solver.solve(targets[:, self.axes])
+            self.solver.set_firmness(pull.firmness)
+            info = self.solver.solve(pull.targets[:, self.axes])
             positions[:, self.axes] = self.solver.positions()
         self.last = LastSolve(info, time.perf_counter() - started)
         return positions, info

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a .blend file keeps of a rig: `Object.tug`.
 
-Nothing but `reach` can be animated: a pose is a function of the handles alone.
+Nothing but `reach` and how handles are held can be animated: a pose is a function of where the
+handles are and how they are held.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import live
+from . import handles, live
 
 
 def _changed(group: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
@@ -31,7 +32,24 @@ def _set(group: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
     group.id_data.update_tag()
 
 
+def _get_title(handle: bpy.types.PropertyGroup) -> str:
+    return handle.empty.name if handle.empty else handle.name
+
+
+def _set_title(handle: bpy.types.PropertyGroup, name: str) -> None:
+    if handle.empty and name:
+        handles.rename(handle.id_data, handle, name)
+
+
 class TUG_PG_handle(bpy.types.PropertyGroup):
+    # `name` is that of the empty when the rig last looked, to find the handle by.
+    title: StringProperty(
+        name="Name",
+        description="Of the handle, its empty and its vertex group",
+        get=_get_title,
+        set=_set_title,
+        options=set(),
+    )
     empty: PointerProperty(
         name="Empty", description="Pull this to pose the mesh", type=bpy.types.Object
     )
@@ -42,12 +60,32 @@ class TUG_PG_handle(bpy.types.PropertyGroup):
         update=_changed,
         options=set(),
     )
-    free: BoolProperty(
-        name="Free",
-        description="Let this part of the mesh go where the other handles take it",
-        default=False,
-        update=_changed,
-        options=set(),
+    hold: EnumProperty(
+        name="Hold",
+        description="How the mesh is held here",
+        items=(
+            ("PINNED", "Pinned", "The vertex stays on the handle", "PINNED", 0),
+            ("SOFT", "Soft", "The handle pulls as a spring does", "MOD_SOFT", 1),
+            (
+                "FREE",
+                "Free",
+                "This part of the mesh goes where the other handles take it",
+                "UNPINNED",
+                2,
+            ),
+        ),
+        default="PINNED",
+        update=_set,
+    )
+    firmness: FloatProperty(
+        name="Firmness",
+        description="How many times as stiff as the mesh the spring of a soft handle is",
+        default=1.0,
+        min=0.001,
+        max=1000.0,
+        soft_min=0.01,
+        soft_max=10.0,
+        update=_set,
     )
     group: StringProperty(
         name="Vertex Group", description="How much each vertex belongs to this handle"
@@ -123,6 +161,7 @@ class TUG_PG_rig(bpy.types.PropertyGroup):
         name="Handles", description="Where new handles go", type=bpy.types.Collection
     )
 
+    active_handle: IntProperty(name="Active Handle", options={"HIDDEN"})
     live: BoolProperty(
         name="Live",
         description="Pose the mesh while its handles move. Renders are posed in any case",

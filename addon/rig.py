@@ -14,6 +14,7 @@ import numpy as np
 from . import functions, inputs, live, shape_keys
 from .inputs import RigError
 from .job import Job
+from .live import Pull
 from .native import Progress, TugError
 from .smoothing import Solution
 from .solver import SolveInfo
@@ -50,9 +51,11 @@ def add_handle(obj: bpy.types.Object, vertex: int, name: str) -> bpy.types.Objec
     empty.empty_display_type = "SPHERE"
     empty.empty_display_size = HANDLE_SIZE * np.linalg.norm(np.ptp(points, axis=0))
     empty.location = points[vertex]
-    _handle_collection(obj).objects.link(empty)
+    empty.show_in_front = empty.show_name = True
+    handle_collection(obj).objects.link(empty)
     handle = obj.tug.handles.add()
     handle.name, handle.empty, handle.vertex = empty.name, empty, vertex
+    obj.update_tag()
     return empty
 
 
@@ -81,7 +84,7 @@ def plan_bind(obj: bpy.types.Object) -> Job:
         examples=examples,
         recipe=live.recipe(obj, given, functions.to_bind(obj, handles, given)),
         follow_nearest=obj.tug.follow_nearest,
-        targets=_targets(obj, handles, bpy.context.evaluated_depsgraph_get()),
+        pull=_pull(obj, bpy.context.evaluated_depsgraph_get(), live.alive(obj, bpy.context.scene)),
     )
 
 
@@ -91,22 +94,22 @@ def finish_bind(obj: bpy.types.Object, job: Job) -> BindSummary:
     Handles may have been pulled meanwhile. Raises RigError, and changes nothing, where anything
     else about the object is no longer what was read.
     """
-    now, built, depsgraph = plan_bind(obj), job.built, bpy.context.evaluated_depsgraph_get()
+    now, built = plan_bind(obj), job.built
     if built is None:
         raise ValueError("the job has not been built")
     if not now.agrees_with(job):
         raise RigError(f'"{obj.name}" was edited while it was being bound: bind it again')
     pose = built.pose
-    if not np.array_equal(now.targets, job.targets):
+    if now.pull.digest() != job.pull.digest():
         with _explaining(obj):
-            pose, _ = built.live.pose(now.targets)
-    _drop_deleted_handles(obj)
+            pose, _ = built.live.pose(now.pull)
+    drop_deleted_handles(obj)
     _keep_handles(obj, job)
     functions.keep(obj, job.given, built.recipe.stored, computed=job.computes)
     _keep_keys(obj, job.examples)
     _keep_state(obj, job)
     live.keep(obj, built.live)
-    show(obj, pose, depsgraph)
+    _write(obj, pose, now.pull)
     return BindSummary(
         vertices=len(pose),
         shapes=len(job.examples),
@@ -147,7 +150,7 @@ def solution(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Solution:
     """What a solve finds for the handles as `depsgraph` has them. Writes nothing."""
     current = live.current(obj, depsgraph.scene)
     with _explaining(obj):
-        return current.solution(_targets(obj, obj.tug.handles, depsgraph))
+        return current.solution(_pull(obj, depsgraph))
 
 
 def shown(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, given: Solution) -> np.ndarray:
@@ -168,28 +171,32 @@ def follow(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
     """`solve`, unless the result key already shows the pose for these handles and settings. What it
     shows is kept with the object, so after undo, redo or load nothing is solved."""
     live.check(obj, depsgraph.scene)
-    if obj.tug.get(live.POSED) != _asked(obj, depsgraph):
+    if obj.tug.get(live.POSED) != _asked(obj, _pull(obj, depsgraph)):
         solve(obj, depsgraph)
 
 
 def show(obj: bpy.types.Object, pose: np.ndarray, depsgraph: bpy.types.Depsgraph) -> None:
     """Write #V by 3 positions to the result key; they stay until handles or settings change."""
+    _write(obj, pose, _pull(obj, depsgraph))
+
+
+def _write(obj: bpy.types.Object, pose: np.ndarray, pull: Pull) -> None:
     result = obj.data.shape_keys.key_blocks[obj.tug.result]
     shape_keys.write(obj.data, result, pose)
     # No property of its own, as setting one would have Blender evaluate the object once more.
-    obj.tug[live.POSED] = _asked(obj, depsgraph)
+    obj.tug[live.POSED] = _asked(obj, pull)
 
 
-def _asked(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> str:
+def _asked(obj: bpy.types.Object, pull: Pull) -> str:
     """Digest of what a pose depends on besides the model."""
-    targets = _targets(obj, obj.tug.handles, depsgraph)
-    return inputs.digest(targets, np.array([*live.solver_options(obj).values()], np.float64))
+    options = np.array([*live.solver_options(obj).values()], np.float64)
+    return pull.digest() + inputs.digest(options)
 
 
 def _pose(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[np.ndarray, SolveInfo]:
     current = live.current(obj, depsgraph.scene)
     with _explaining(obj):
-        return current.pose(_targets(obj, obj.tug.handles, depsgraph))
+        return current.pose(_pull(obj, depsgraph))
 
 
 @contextmanager
@@ -200,19 +207,29 @@ def _explaining(obj: bpy.types.Object) -> Iterator[None]:
         raise RigError(f'"{obj.name}" cannot be solved: {error.reason}') from error
 
 
+def _pull(
+    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, is_used: Sequence[bool] | None = None
+) -> Pull:
+    """What the handles ask for, or those of them that are used, as `depsgraph` has them."""
+    handles, evaluated = obj.tug.handles, obj.evaluated_get(depsgraph).tug.handles
+    numbers = [n for n in range(len(handles)) if is_used is None or is_used[n]]
+    firmness = np.array([_firmness(evaluated[number]) for number in numbers])
+    if not firmness.any():
+        raise RigError(f'every handle of "{obj.name}" is free: none is left to pull it by')
+    return Pull(_targets(obj, [handles[number].empty for number in numbers], depsgraph), firmness)
+
+
+def _firmness(handle: bpy.types.PropertyGroup) -> float:
+    return {"PINNED": np.inf, "SOFT": handle.firmness, "FREE": 0.0}[handle.hold]
+
+
 def _targets(
     obj: bpy.types.Object,
-    handles: Sequence[bpy.types.PropertyGroup],
+    empties: Sequence[bpy.types.Object],
     depsgraph: bpy.types.Depsgraph,
 ) -> np.ndarray:
-    """#H by 3: where the handles that pin are, in the space of the object."""
-    world = np.array(
-        [
-            handle.empty.evaluated_get(depsgraph).matrix_world.translation
-            for handle in handles
-            if not handle.free
-        ]
-    )
+    """#H by 3: where empties are, in the space of the object."""
+    world = np.array([empty.evaluated_get(depsgraph).matrix_world.translation for empty in empties])
     matrix = np.array(obj.evaluated_get(depsgraph).matrix_world)
     x, y, z = matrix[:3, :3].T
     volume = x @ np.cross(y, z)
@@ -223,13 +240,14 @@ def _targets(
     return offset @ np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=1) / volume
 
 
-def _handle_collection(obj: bpy.types.Object) -> bpy.types.Collection:
-    rig, scene = obj.tug, bpy.context.scene.collection
+def handle_collection(obj: bpy.types.Object) -> bpy.types.Collection:
+    """Where the object's handles are, made where it is missing."""
+    rig, scenes = obj.tug, obj.users_scene or [bpy.context.scene]
     if rig.collection is None:
         rig.collection = bpy.data.collections.new(f"{obj.name} Handles")
-    if rig.collection not in scene.children_recursive:  # new, or deleted in the Outliner
-        home = obj.users_collection[0] if obj.users_collection else scene
-        home.children.link(rig.collection)
+    if not any(rig.collection in scene.collection.children_recursive for scene in scenes):
+        home = obj.users_collection[0] if obj.users_collection else scenes[0].collection
+        home.children.link(rig.collection)  # it is new, or was deleted in the Outliner
     return rig.collection
 
 
@@ -259,7 +277,7 @@ def _found_again(obj: bpy.types.Object, handles: Sequence[bpy.types.PropertyGrou
     return vertices
 
 
-def _drop_deleted_handles(obj: bpy.types.Object) -> None:
+def drop_deleted_handles(obj: bpy.types.Object) -> None:
     is_alive = live.alive(obj, bpy.context.scene)
     for number in reversed(range(len(is_alive))):
         if not is_alive[number]:
@@ -302,10 +320,15 @@ def _keep_state(obj: bpy.types.Object, job: Job) -> None:
     rig.examples = json.dumps(job.examples)
     rig.vertex_count = len(obj.data.vertices)
     rig.topology = job.given.topology
+    tie(obj)
+
+
+def tie(obj: bpy.types.Object) -> None:
+    """Let Blender update the object whenever a handle moves."""
     obj.driver_remove("tug.reach")
     driver = obj.driver_add("tug.reach").driver
     driver.type = "SUM"
-    for handle in rig.handles:
+    for handle in obj.tug.handles:
         variable = driver.variables.new()
         variable.type = "TRANSFORMS"
         variable.targets[0].id = handle.empty

@@ -16,11 +16,13 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Solution:
-    """What a solve found for targets (#H by k): blend, #G by #S; rotations, #G by #S by k by k."""
+    """What a solve found for targets (#H by k): blend, #G by #S; rotations, #G by #S by k by k.
+    firmness: #H, how firmly the targets were held, where that changes from solve to solve."""
 
     targets: np.ndarray
     blend: np.ndarray
     rotations: np.ndarray
+    firmness: np.ndarray | None = None
 
 
 def reach(smoothing: float) -> int:
@@ -30,14 +32,15 @@ def reach(smoothing: float) -> int:
 
 def average(window: Sequence[Solution], smoothing: float) -> Solution:
     """The Gaussian average of the 2 reach(smoothing) + 1 solutions around the middle one, for whose
-    targets it is. Rotations: those closest to the average."""
-    middle = reach(smoothing)
-    weights = np.exp(-0.5 * ((np.arange(len(window)) - middle) / smoothing) ** 2)
+    targets, held as firmly, it is. Rotations: those closest to the average."""
+    middle = window[reach(smoothing)]
+    distance = np.arange(len(window)) - reach(smoothing)
+    weights = np.exp(-0.5 * (distance / smoothing) ** 2)
     weights /= weights.sum()
     blend = sum(w * one.blend for w, one in zip(weights, window, strict=True))
     rotations = sum(w * one.rotations for w, one in zip(weights, window, strict=True))
     blend /= blend.sum(axis=1, keepdims=True)
-    return Solution(window[middle].targets, blend, closest_rotations(rotations))
+    return Solution(middle.targets, blend, closest_rotations(rotations), middle.firmness)
 
 
 def closest_rotations(matrices: np.ndarray) -> np.ndarray:

@@ -64,7 +64,7 @@ def test_two_handles_on_the_same_vertex():
 def test_only_free_handles():
     obj = add_rig()
     for handle in obj.tug.handles:
-        handle.free = True
+        handle.hold = "FREE"
     refused(obj, "every handle of .* is free")
 
 

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Vector
-from support import HANDLES, bound_rig, depsgraph, evaluated
+from support import HANDLES, assert_close, bound_rig, depsgraph, evaluated, expected, pull_between
 
 from addon import rig
 
@@ -124,3 +124,42 @@ def render(scene, frame):
     scene.frame_start = scene.frame_end = frame
     scene.render.filepath = bpy.app.tempdir + "frame"
     bpy.ops.render.render(animation=True)
+
+
+# How handles are held --------------------------------------------------------------------------
+
+
+def test_a_handle_that_is_let_go_and_held_again_gives_the_poses_of_before():
+    obj = bound_rig()
+    pull_between(obj)
+    bpy.data.objects["Middle"].location.x += 0.5
+    bpy.context.view_layer.update()
+    pinned, middle = evaluated(obj), obj.tug.handles["Middle"]
+    poses = {}
+    for hold, firmness in (("FREE", 1.0), ("SOFT", 0.1), ("SOFT", 10.0), ("PINNED", 1.0)):
+        middle.hold, middle.firmness = hold, firmness
+        bpy.context.view_layer.update()
+        poses[hold, firmness] = evaluated(obj)
+    np.testing.assert_array_equal(poses["PINNED", 1.0], pinned)
+    target = np.array(bpy.data.objects["Middle"].location)
+    missed = [np.linalg.norm(pose[HANDLES["Middle"]] - target) for pose in poses.values()]
+    assert missed[0] > missed[1] > missed[2] > 1e-3 > missed[3]
+
+
+def test_what_holds_a_handle_is_keyed_and_posed_at_each_frame():
+    obj = bound_rig()
+    pull_between(obj)
+    bpy.data.objects["Middle"].location.x += 0.5
+    middle = obj.tug.handles["Middle"]
+    for frame, hold, firmness in ((1, "SOFT", 0.1), (11, "SOFT", 10.0), (12, "PINNED", 10.0)):
+        middle.hold, middle.firmness = hold, firmness
+        obj.keyframe_insert("tug.handles[1].hold", frame=frame)
+        obj.keyframe_insert("tug.handles[1].firmness", frame=frame)
+    missed = []
+    for frame in (1, 6, 11, 12, 1):
+        bpy.context.scene.frame_set(frame)
+        assert_close(evaluated(obj), expected(obj))
+        target = np.array(bpy.data.objects["Middle"].location)
+        missed.append(np.linalg.norm(evaluated(obj)[HANDLES["Middle"]] - target))
+    assert missed[0] > missed[1] > missed[2] > 1e-3 > missed[3]
+    assert missed[0] == missed[4]

@@ -115,7 +115,6 @@ def sculpt(obj):
         sculpt,
         lambda obj: rig.add_handle(obj, 40, "Fourth"),
         lambda obj: setattr(obj.tug.handles["Tip"], "vertex", 151),
-        lambda obj: setattr(obj.tug.handles["Tip"], "free", True),
         lambda obj: bpy.data.objects.remove(bpy.data.objects["Middle"]),
         lambda obj: setattr(obj.tug, "squared", True),
         lambda obj: setattr(obj.tug, "group_count", 3),

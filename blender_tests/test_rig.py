@@ -186,12 +186,12 @@ def test_a_handle_that_does_not_follow_the_object_pulls_on_it():
 
 def test_a_free_handle_pins_nothing():
     obj = add_rig()
-    obj.tug.handles["Middle"].free = True
+    obj.tug.handles["Middle"].hold = "FREE"
     rig.bind(obj)
     before = solved(obj)
     bpy.data.objects["Middle"].location.x += 5
     np.testing.assert_array_equal(solved(obj), before)
-    obj.tug.handles["Middle"].free = False
+    obj.tug.handles["Middle"].hold = "PINNED"
     assert np.abs(solved(obj) - before).max() > 1
 
 
