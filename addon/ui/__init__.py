@@ -3,9 +3,37 @@
 
 from __future__ import annotations
 
-from . import bind_operators, drag_operator, drag_tool, overlay_colours
+from . import (
+    bake_operators,
+    bind_operators,
+    click_operator,
+    drag_operator,
+    drag_tool,
+    example_operators,
+    handle_operators,
+    lists,
+    menus,
+    overlay_colours,
+    panel,
+    pose_operators,
+    sample_operator,
+)
 
-MODULES = (bind_operators, drag_operator, overlay_colours, drag_tool)
+MODULES = (
+    bind_operators,
+    handle_operators,
+    click_operator,
+    example_operators,
+    pose_operators,
+    bake_operators,
+    sample_operator,
+    drag_operator,
+    overlay_colours,
+    drag_tool,
+    lists,
+    panel,
+    menus,
+)
 
 
 def register() -> None:

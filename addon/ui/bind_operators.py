@@ -1,19 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bind and unbind."""
+"""Bind, set up and unbind."""
 
 from __future__ import annotations
 
 import threading
 
 import bpy
-from bpy.types import Context, Event, Operator
+from bpy.props import IntProperty
+from bpy.types import Context, Event, Object, Operator
 
-from .. import rig
+from .. import handles, rig
 from ..inputs import RigError
 from ..job import Job
-from ..native import LibraryError
 from . import state
+from .rig_operator import EXPECTED, RigOperator
 
+BINDING = (state.local, state.keys, state.out_of_edit_mode)
 PERIOD = 0.05  # seconds between two looks at the work
 
 
@@ -33,7 +35,7 @@ class Work(threading.Thread):
     def run(self) -> None:
         try:
             self.job.build(self._progress)
-        except (RigError, LibraryError, CancelledError, ValueError, MemoryError) as error:
+        except Exception as error:  # raised again on the main thread
             self.problem = error
 
     def cancel(self) -> None:
@@ -49,42 +51,37 @@ class Work(threading.Thread):
 _running: list[Work] = []
 
 
-class TUG_OT_bind(Operator):
-    """Tie the mesh to its handles: from then on it follows them. Takes a second or more; Esc \
-cancels"""
+class Binding(RigOperator):
+    """In a window the work runs beside it; in the background, or called as a function, the call
+    returns when it is done."""
 
-    bl_idname = "tug.bind"
-    bl_label = "Bind"
-    bl_options = {"REGISTER", "UNDO"}
+    def prepare(self, obj: Object) -> None:
+        """What comes before a bind; undone by `revert` if there is none."""
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return state.can_bind(cls, context)
+    def revert(self, obj: Object) -> None:
+        pass
 
     def execute(self, context: Context) -> set[str]:
-        window_manager = context.window_manager
+        obj, window_manager = state.rig_of(context), context.window_manager
         window_manager.progress_begin(0, 100)
         try:
-            summary = rig.bind(
-                context.object, lambda _, done: window_manager.progress_update(100 * done)
-            )
-        except (RigError, LibraryError) as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            self.prepare(obj)
+            summary = rig.bind(obj, lambda _, done: window_manager.progress_update(100 * done))
+        except EXPECTED as error:
+            return self._fail(obj, error)
         finally:
             window_manager.progress_end()
-        self._tell(summary)
-        return {"FINISHED"}
+        return self._succeed(summary)
 
     def invoke(self, context: Context, _event: Event) -> set[str]:
         if bpy.app.background:
             return self.execute(context)
+        obj = state.rig_of(context)
         try:
-            job = rig.plan_bind(context.object)
-        except RigError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        self._work = Work(job)
+            self.prepare(obj)
+            self._work = Work(rig.plan_bind(obj))
+        except EXPECTED as error:
+            return self._fail(obj, error)
         _running.append(self._work)
         self._work.start()
         window_manager = context.window_manager
@@ -115,7 +112,7 @@ cancels"""
         work = self._work
         context.window_manager.progress_update(100 * work.fraction)
         context.workspace.status_text_set(
-            f"Tug binds {work.job.name}: {work.fraction:.0%}, {work.stage}     Esc: Cancel"
+            f"Binding {work.job.name}: {work.fraction:.0%}, {work.stage}     Esc: Cancel"
         )
 
     def _end(self, context: Context) -> None:
@@ -126,48 +123,73 @@ cancels"""
         context.workspace.status_text_set(None)
 
     def _finish(self) -> set[str]:
-        job, problem = self._work.job, self._work.problem
-        if isinstance(problem, CancelledError):
-            self.report({"INFO"}, f'"{job.name}" was not bound: cancelled')
-            return {"CANCELLED"}
+        work = self._work
+        obj = state.find(work.job.identity)
         try:
-            if problem is not None:
-                raise problem
-            obj = state.find(job.identity)
+            if work.problem is not None:
+                raise work.problem
             if obj is None:
-                raise RigError(f'"{job.name}" was deleted while it was being bound')
-            summary = rig.finish_bind(obj, job)
-        except (RigError, LibraryError, ValueError, MemoryError) as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        self._tell(summary)
-        return {"FINISHED"}
+                raise RigError(f'"{work.job.name}" was deleted while it was being bound')
+            summary = rig.finish_bind(obj, work.job)
+        except CancelledError:
+            return self._fail(obj, f'"{work.job.name}" was not bound: cancelled', kind="INFO")
+        except EXPECTED as error:
+            return self._fail(obj, error)
+        return self._succeed(summary)
 
-    def _tell(self, summary: rig.BindSummary) -> None:
+    def _fail(self, obj: Object | None, reason: object, kind: str = "ERROR") -> set[str]:
+        if obj is not None:
+            self.revert(obj)
+        self.report({kind}, str(reason))
+        return {"CANCELLED"}
+
+    def _succeed(self, summary: rig.BindSummary) -> set[str]:
         if summary.warnings:
             self.report({"WARNING"}, summary.warnings)
-        self.report(
-            {"INFO"}, f"Bound: {summary.handles} handles, {summary.shapes - 1} example shapes"
-        )
+        counts = f"{summary.handles} handles, {summary.shapes - 1} examples"
+        self.report({"INFO"}, f"Bound: {counts}. Pull a handle")
+        return {"FINISHED"}
 
 
-class TUG_OT_unbind(Operator):
+class TUG_OT_bind(Binding, Operator):
+    """Tie the mesh to its handles: it follows them from then on. Takes a moment; Esc cancels"""
+
+    bl_idname = "tug.bind"
+    bl_label = "Bind"
+    needs = (*BINDING, state.two_handles)
+
+
+class TUG_OT_set_up(Binding, Operator):
+    """Spread handles over the mesh and bind it: the quickest way to a mesh that can be posed"""
+
+    bl_idname = "tug.set_up"
+    bl_label = "Set Up"
+    needs = BINDING
+
+    count: IntProperty(
+        name="Handles", description="How many handles to add", default=10, min=2, soft_max=50
+    )
+
+    def prepare(self, obj: Object) -> None:
+        self._added = [empty.name for empty in handles.add_spread(obj, self.count)]
+
+    def revert(self, obj: Object) -> None:
+        for name in getattr(self, "_added", ()):
+            handles.delete(obj, [handle.title for handle in obj.tug.handles].index(name))
+
+
+class TUG_OT_unbind(RigOperator, Operator):
     """Let go of the handles: the shape keys show again as before. Handles and weights stay"""
 
     bl_idname = "tug.unbind"
     bl_label = "Unbind"
-    bl_options = {"REGISTER", "UNDO"}
+    needs = (state.local, state.bound, state.out_of_edit_mode)
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return state.is_bound(cls, context)
-
-    def execute(self, context: Context) -> set[str]:
-        rig.unbind(context.object)
-        return {"FINISHED"}
+    def act(self, _context: Context, obj: Object) -> None:
+        rig.unbind(obj)
 
 
-CLASSES = (TUG_OT_bind, TUG_OT_unbind)
+CLASSES = (TUG_OT_bind, TUG_OT_set_up, TUG_OT_unbind)
 
 
 def register() -> None:

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The menu Object > Tug, by which F3 finds everything too."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.types import Context, Menu
+
+
+class TUG_MT_add_handles(Menu):
+    bl_label = "Add Handles"
+
+    def draw(self, _context: Context) -> None:
+        layout = self.layout
+        layout.operator("tug.click_handles", icon="CURSOR")
+        layout.operator("tug.add_handles_on_vertices", icon="VERTEXSEL")
+        layout.operator("tug.add_handles", icon="STICKY_UVS_DISABLE")
+        layout.operator("tug.add_handles_on_bones", icon="BONE_DATA")
+
+
+class TUG_MT_tug(Menu):
+    bl_label = "Tug"
+
+    def draw(self, _context: Context) -> None:
+        layout = self.layout
+        layout.operator("tug.set_up")
+        layout.operator("tug.bind")
+        layout.operator("tug.unbind")
+        layout.operator("tug.update_pose")
+        layout.separator()
+        layout.menu("TUG_MT_add_handles")
+        layout.operator("tug.mirror_handles")
+        layout.operator("tug.put_handle")
+        layout.operator("tug.select_handles")
+        layout.operator("tug.delete_handle")
+        layout.operator("tug.make_handles_own")
+        layout.separator()
+        layout.operator("tug.copy_pose")
+        layout.operator("tug.paste_pose").flipped = False
+        layout.operator("tug.paste_pose", text="Paste Pose Flipped").flipped = True
+        layout.operator("tug.mirror_pose")
+        layout.operator("tug.pose_from_key")
+        layout.operator("tug.reset_pose")
+        layout.operator("tug.keyframe_handles")
+        layout.operator("tug.save_pose")
+        layout.separator()
+        layout.operator("tug.bake")
+        layout.operator("tug.remove_bake")
+        layout.separator()
+        layout.operator("tug.open_sample")
+
+
+def draw_in_object_menu(menu: Menu, _context: Context) -> None:
+    menu.layout.separator()
+    menu.layout.menu("TUG_MT_tug")
+
+
+CLASSES = (TUG_MT_add_handles, TUG_MT_tug)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.VIEW3D_MT_object.append(draw_in_object_menu)
+
+
+def unregister() -> None:
+    bpy.types.VIEW3D_MT_object.remove(draw_in_object_menu)
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)
