@@ -8,7 +8,8 @@ bottom left. An event is handled once the test yields.
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import bpy
@@ -102,13 +103,23 @@ class Window:
         yield
         yield from self.travel(dx, dy)
 
-    def undo(self) -> Iterator[None]:
-        self.tap("Z", ctrl=True)
-        yield
+    def undo(self, steps: int = 1) -> Iterator[None]:
+        for _ in range(steps):
+            self.tap("Z", ctrl=True)
+            yield
 
-    def redo(self) -> Iterator[None]:
-        self.tap("Z", ctrl=True, shift=True)
-        yield
+    def redo(self, steps: int = 1) -> Iterator[None]:
+        for _ in range(steps):
+            self.tap("Z", ctrl=True, shift=True)
+            yield
+
+    def wait_until(self, condition: Callable[[], bool], seconds: float = 30.0) -> Iterator[float]:
+        """Let Blender work until the condition holds."""
+        end = time.monotonic() + seconds
+        while not condition():
+            if time.monotonic() > end:
+                raise TimeoutError(f"not so after {seconds} s")
+            yield 0.02  # seconds
 
     def pixels_of(self, place: Sequence[float]) -> tuple[float, float]:
         """Where a position of the scene is seen; ValueError if it is behind the view."""
