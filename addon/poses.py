@@ -52,12 +52,12 @@ def mirrored(obj: Object, places: Places) -> Places:
     return result
 
 
-def put(obj: Object, places: Places) -> int:
-    """Move the handles that have a place; how many those were."""
+def put(obj: Object, places: Places) -> list[Object]:
+    """Move the handles that have a place; the empties that those were."""
     found = [handle for handle in _there(obj) if handle.empty.name in places]
     for handle in found:
         handles.place(obj, handle, places[handle.empty.name])
-    return len(found)
+    return [handle.empty for handle in found]
 
 
 def keyframe(obj: Object) -> None:

@@ -3,52 +3,18 @@
 
 from __future__ import annotations
 
-import threading
-
 import bpy
 from bpy.props import IntProperty
 from bpy.types import Context, Event, Object, Operator
 
 from .. import handles, rig
 from ..inputs import RigError
-from ..job import Job
-from . import state
+from . import state, work
 from .rig_operator import EXPECTED, RigOperator
+from .work import CancelledError, Work
 
-BINDING = (state.local, state.keys, state.out_of_edit_mode)
+BINDING = (state.local, state.keys, state.out_of_edit_mode, state.not_binding)
 PERIOD = 0.05  # seconds between two looks at the work
-
-
-class CancelledError(Exception):
-    """The artist pressed Esc."""
-
-
-class Work(threading.Thread):
-    """Builds a job off the main thread; `stage` and `fraction` say how far it is."""
-
-    def __init__(self, job: Job) -> None:
-        super().__init__(name="Tug bind", daemon=True)
-        self.job, self.stage, self.fraction = job, "", 0.0
-        self.problem: Exception | None = None
-        self._cancelled = threading.Event()
-
-    def run(self) -> None:
-        try:
-            self.job.build(self._progress)
-        except Exception as error:  # raised again on the main thread
-            self.problem = error
-
-    def cancel(self) -> None:
-        self._cancelled.set()
-
-    def _progress(self, stage: str, fraction: float) -> None:
-        self.stage, self.fraction = stage, fraction
-        if self._cancelled.is_set():
-            raise CancelledError
-
-
-# What runs now, so that Tug is not taken away from under it.
-_running: list[Work] = []
 
 
 class Binding(RigOperator):
@@ -82,7 +48,6 @@ class Binding(RigOperator):
             self._work = Work(rig.plan_bind(obj))
         except EXPECTED as error:
             return self._fail(obj, error)
-        _running.append(self._work)
         self._work.start()
         window_manager = context.window_manager
         self._timer = window_manager.event_timer_add(PERIOD, window=context.window)
@@ -109,30 +74,29 @@ class Binding(RigOperator):
         self._end(context)
 
     def _show_progress(self, context: Context) -> None:
-        work = self._work
-        context.window_manager.progress_update(100 * work.fraction)
-        context.workspace.status_text_set(
-            f"Binding {work.job.name}: {work.fraction:.0%}, {work.stage}     Esc: Cancel"
-        )
+        name, stage, fraction = self._work.job.name, self._work.stage, self._work.fraction
+        context.window_manager.progress_update(100 * fraction)
+        context.workspace.status_text_set(f"Binding {name}: {fraction:.0%}, {stage}    Esc: Cancel")
+        redraw(context)
 
     def _end(self, context: Context) -> None:
-        self._work.join()
-        _running.remove(self._work)
+        self._work.end()
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
         context.workspace.status_text_set(None)
+        redraw(context)
 
     def _finish(self) -> set[str]:
-        work = self._work
-        obj = state.find(work.job.identity)
+        job, problem = self._work.job, self._work.problem
+        obj = state.find(job.identity)
         try:
-            if work.problem is not None:
-                raise work.problem
+            if problem is not None:
+                raise problem
             if obj is None:
-                raise RigError(f'"{work.job.name}" was deleted while it was being bound')
-            summary = rig.finish_bind(obj, work.job)
+                raise RigError(f'"{job.name}" was deleted while it was being bound')
+            summary = rig.finish_bind(obj, job)
         except CancelledError:
-            return self._fail(obj, f'"{work.job.name}" was not bound: cancelled', kind="INFO")
+            return self._fail(obj, f'"{job.name}" was not bound: cancelled', kind="INFO")
         except EXPECTED as error:
             return self._fail(obj, error)
         return self._succeed(summary)
@@ -189,6 +153,15 @@ class TUG_OT_unbind(RigOperator, Operator):
         rig.unbind(obj)
 
 
+def redraw(context: Context) -> None:
+    """The sidebars, which show how far it is."""
+    for area in context.window.screen.areas:
+        if area.type == "VIEW_3D":
+            for region in area.regions:
+                if region.type == "UI":
+                    region.tag_redraw()
+
+
 CLASSES = (TUG_OT_bind, TUG_OT_set_up, TUG_OT_unbind)
 
 
@@ -198,9 +171,6 @@ def register() -> None:
 
 
 def unregister() -> None:
-    for work in _running:
-        work.cancel()
-    for work in _running:
-        work.join()
+    work.cancel_all()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -9,7 +9,7 @@ import bpy
 from bpy.types import Context, Object, Panel, UILayout
 
 from .. import handles, mesh_cache
-from . import state
+from . import state, work
 
 PIXELS_A_CHARACTER = 7  # at a scale of one
 
@@ -45,8 +45,11 @@ class TUG_PT_tug(Sidebar, Panel):
             layout.operator("tug.open_sample", icon="MONKEY")
         else:
             layout.label(text=obj.name, icon="MESH_DATA")
+            if running := work.running(obj):
+                layout.progress(factor=running.fraction, text=running.stage.capitalize())
+                return
             draw_state(context, layout, obj)
-            draw_next(layout, obj)
+            draw_next(context, layout, obj)
 
 
 def draw_state(context: Context, layout: UILayout, obj: Object) -> None:
@@ -68,7 +71,7 @@ def draw_state(context: Context, layout: UILayout, obj: Object) -> None:
         layout.operator("tug.make_handles_own", icon="DUPLICATE")
 
 
-def draw_next(layout: UILayout, obj: Object) -> None:
+def draw_next(context: Context, layout: UILayout, obj: Object) -> None:
     """The one thing to do now, larger than the rest."""
     big = layout.column(align=True)
     big.scale_y = 1.5
@@ -76,9 +79,13 @@ def draw_next(layout: UILayout, obj: Object) -> None:
         big.operator("tug.set_up", icon="PLAY")
     elif not obj.tug.bound:
         big.operator("tug.bind", icon="LINKED")
-    elif state.stale(obj, bpy.context.scene) or state.pending(obj):
+    elif state.stale(obj, context.scene) or state.pending(obj):
         big.operator("tug.bind", text="Bind Again", icon="FILE_REFRESH")
     if obj.tug.bound:
+        tool = context.workspace.tools.from_space_view3d_mode(context.mode)
+        dragging = tool is not None and tool.idname == "tug.drag"
+        choose = big.operator("wm.tool_set_by_id", text="Drag", icon="VIEW_PAN", depress=dragging)
+        choose.name = "tug.drag"
         row = layout.row(align=True)
         row.prop(obj.tug, "live", toggle=True, icon="PLAY")
         row.operator("tug.update_pose", text="", icon="FILE_REFRESH")
@@ -139,22 +146,34 @@ class TUG_PT_method(OnRig, Panel):
     bl_label = "Method"
 
     def draw(self, context: Context) -> None:
-        layout, rig = self.layout, state.rig_of(context).tug
+        layout, obj = self.layout, state.rig_of(context)
+        rig = obj.tug
         layout.use_property_split = True
         layout.use_property_decorate = False
+        layout.prop(rig, "dictionary")
         layout.prop(rig, "form")
-        layout.prop(rig, "selectivity")
-        layout.prop(rig, "steadiness")
-        layout.prop(rig, "group_count")
+        column = layout.column(align=True)
+        column.prop(rig, "selectivity")
+        column.prop(rig, "steadiness")
+        column.prop(rig, "group_count")
         column = layout.column(heading="Blend")
         column.prop(rig, "single_blend")
         column.prop(rig, "squared")
+        layout.prop(rig, "follow_size")
         layout.prop(rig, "follow_nearest")
-        obj = state.rig_of(context)
-        layout.prop_search(rig, "stiffness_group", obj, "vertex_groups")
-        sub = layout.column()
+        column = layout.column(align=True)
+        column.prop_search(rig, "stiffness_group", obj, "vertex_groups")
+        sub = column.column()
         sub.active = bool(rig.stiffness_group)
         sub.prop(rig, "stiffness_max")
+
+
+class TUG_PT_colours(OnRig, Panel):
+    bl_label = "Colours"
+
+    def draw(self, context: Context) -> None:
+        self.layout.prop(context.window_manager, "tug_colours", text="Show")
+        self.layout.operator("tug.store_colours", icon="GROUP_VCOL")
 
 
 class TUG_PT_poses(OnRig, Panel):
@@ -202,6 +221,7 @@ CLASSES = (
     TUG_PT_poses,
     TUG_PT_examples,
     TUG_PT_method,
+    TUG_PT_colours,
     TUG_PT_bake,
 )
 

@@ -10,7 +10,8 @@ from bpy.types import Context, Event, Object, Operator
 from .. import inputs, poses, rig
 from ..inputs import RigError
 from . import state
-from .rig_operator import RigOperator, auto_key
+from .auto_key import key_location
+from .rig_operator import RigOperator
 
 # What was copied last. It outlives files, so that poses go from one to the next.
 _copied: poses.Places = {}
@@ -26,8 +27,7 @@ class TUG_OT_reset_pose(RigOperator, Operator):
     needs = POSING
 
     def act(self, context: Context, obj: Object) -> None:
-        poses.put(obj, poses.rest(obj))
-        auto_key(context, obj)
+        put(context, obj, poses.rest(obj))
 
 
 class TUG_OT_pose_from_key(RigOperator, Operator):
@@ -51,8 +51,7 @@ class TUG_OT_pose_from_key(RigOperator, Operator):
         return {"FINISHED"}
 
     def act(self, context: Context, obj: Object) -> None:
-        poses.put(obj, poses.of_key(obj, self.key))
-        auto_key(context, obj)
+        put(context, obj, poses.of_key(obj, self.key))
 
 
 class TUG_OT_copy_pose(RigOperator, Operator):
@@ -87,13 +86,12 @@ class TUG_OT_paste_pose(RigOperator, Operator):
 
     def act(self, context: Context, obj: Object) -> str:
         places = poses.mirrored(obj, _copied) if self.flipped else _copied
-        count = poses.put(obj, places)
+        count = put(context, obj, places)
         if not count:
             raise RigError(
                 f'the copied pose has no handle of "{obj.name}": their names are '
                 f"{', '.join(_copied)}"
             )
-        auto_key(context, obj)
         return f"{count} handles posed"
 
 
@@ -106,8 +104,7 @@ class TUG_OT_mirror_pose(RigOperator, Operator):
 
     def act(self, context: Context, obj: Object) -> None:
         now = poses.current(obj, context.evaluated_depsgraph_get())
-        poses.put(obj, poses.mirrored(obj, now))
-        auto_key(context, obj)
+        put(context, obj, poses.mirrored(obj, now))
 
 
 class TUG_OT_keyframe_handles(RigOperator, Operator):
@@ -154,6 +151,14 @@ class TUG_OT_update_pose(RigOperator, Operator):
 
     def act(self, context: Context, obj: Object) -> None:
         rig.solve(obj, context.evaluated_depsgraph_get())
+
+
+def put(context: Context, obj: Object, places: poses.Places) -> int:
+    """Move the handles that have a place, and key them where Auto Keying is on; how many."""
+    moved = poses.put(obj, places)
+    for empty in moved:
+        key_location(context, empty)
+    return len(moved)
 
 
 CLASSES = (

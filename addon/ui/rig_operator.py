@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from bpy.types import Context, Object
 
-from .. import poses
 from ..inputs import RigError
 from ..native import LibraryError, TugError
 from . import state
@@ -40,9 +39,3 @@ class RigOperator:
 
     def act(self, context: Context, obj: Object) -> str | None:
         raise NotImplementedError
-
-
-def auto_key(context: Context, obj: Object) -> None:
-    """Key what was posed, where the artist has automatic keys switched on."""
-    if context.scene.tool_settings.use_keyframe_insert_auto:
-        poses.keyframe(obj)

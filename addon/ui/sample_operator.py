@@ -34,7 +34,7 @@ class TUG_OT_open_sample(Operator):
 
 
 def show(context: Context) -> None:
-    """Frame the whole scene in the viewports, in the colours of the character."""
+    """Frame the whole scene in the viewports, in the colours of the character, ready to drag."""
     for area in context.window.screen.areas:
         if area.type != "VIEW_3D":
             continue
@@ -42,6 +42,7 @@ def show(context: Context) -> None:
         region = next(region for region in area.regions if region.type == "WINDOW")
         with context.temp_override(area=area, region=region):
             bpy.ops.view3d.view_all()
+            bpy.ops.wm.tool_set_by_id(name="tug.drag")
 
 
 def register() -> None:

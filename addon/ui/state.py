@@ -10,6 +10,7 @@ from bpy.types import Context, Object
 
 from .. import handlers, inputs, live, mesh_cache
 from ..inputs import RigError
+from . import work
 
 # Says what is missing of an object, or gives an empty string.
 Requirement = Callable[[Object], str]
@@ -62,6 +63,10 @@ def edit_mode(obj: Object) -> str:
     return "" if obj.data.is_editmode else "Enter Edit Mode and select vertices first"
 
 
+def not_binding(obj: Object) -> str:
+    return "It is being bound: wait, or press Esc" if work.running(obj) else ""
+
+
 def handles(obj: Object) -> str:
     return "" if len(obj.tug.handles) else "Add handles first"
 
@@ -107,4 +112,4 @@ def last_solve(obj: Object) -> str:
         return ""
     info, milliseconds = known.last.info, 1000 * known.last.seconds
     settled = "settled" if info.converged else "not settled"
-    return f"{milliseconds:.1f} ms, {settled}, gap {info.gap:.0e}"
+    return f"{milliseconds:.1f} ms, {settled}, gap {info.gap:.0g}"

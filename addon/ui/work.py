@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Binds that run beside the window, in threads of their own."""
+
+from __future__ import annotations
+
+import threading
+
+from bpy.types import Object
+
+from ..job import Job
+
+# By identity of the object.
+_running: dict[int, Work] = {}
+
+
+class CancelledError(Exception):
+    """The artist pressed Esc."""
+
+
+class Work(threading.Thread):
+    """Builds a job; `stage` and `fraction` say how far it is, `problem` what ended it."""
+
+    def __init__(self, job: Job) -> None:
+        super().__init__(name="Tug bind", daemon=True)
+        self.job, self.stage, self.fraction = job, "", 0.0
+        self.problem: Exception | None = None
+        self._cancelled = threading.Event()
+
+    def start(self) -> None:
+        _running[self.job.identity] = self
+        super().start()
+
+    def run(self) -> None:
+        try:
+            self.job.build(self._progress)
+        except Exception as error:  # raised again on the main thread
+            self.problem = error
+
+    def cancel(self) -> None:
+        """It ends some tenths of a second later."""
+        self._cancelled.set()
+
+    def end(self) -> None:
+        """Wait for it, and forget it."""
+        self.join()
+        _running.pop(self.job.identity, None)
+
+    def _progress(self, stage: str, fraction: float) -> None:
+        self.stage, self.fraction = stage, fraction
+        if self._cancelled.is_set():
+            raise CancelledError
+
+
+def running(obj: Object) -> Work | None:
+    return _running.get(obj.session_uid)
+
+
+def cancel_all() -> None:
+    for work in list(_running.values()):
+        work.cancel()
+        work.end()
