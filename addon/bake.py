@@ -11,7 +11,7 @@ import importlib.util
 import math
 import sys
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 
 import bpy
@@ -74,15 +74,28 @@ def bake_rigs(
     are averaged with over time. Handles are met as exactly as without. Each frame is solved on its
     own, those around the range too, so that pieces of a range still agree with the whole.
     """
+    make = _films(paths, smoothing)
+    return film.shoot(paths, first, last, make, progress, reach=smoothing_reach(smoothing))
+
+
+def roll_rigs(
+    paths: Mapping[bpy.types.Object, str | Path], first: int, last: int, *, smoothing: float = 0.0
+) -> Iterator[tuple[str, float]]:
+    """`bake_rigs`, a frame each time it is asked for the next: see film.roll."""
+    make = _films(paths, smoothing)
+    return film.roll(paths, first, last, make, reach=smoothing_reach(smoothing))
+
+
+def _films(
+    rigs: Iterable[bpy.types.Object], smoothing: float
+) -> Callable[[bpy.types.Object, pc2.Writer], _Film]:
+    """What makes a film of each. Raises RigError where one of the rigs is stale."""
     if not 0 <= smoothing < math.inf:
         raise RigError(f"the smoothing is {smoothing:g} frames: it must be 0 or more")
-    for obj in paths:
+    for obj in rigs:
         live.touch(obj)
         live.current(obj, bpy.context.scene)
-    return film.shoot(
-        *(paths, first, last, lambda obj, writer: _Film(obj, writer, smoothing), progress),
-        reach=smoothing_reach(smoothing),
-    )
+    return lambda obj, writer: _Film(obj, writer, smoothing)
 
 
 class _Film:

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Callable, Mapping
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Protocol
 
@@ -41,6 +41,24 @@ def shoot(
     All files appear whole, or none does; the scene's frame is as before. Paths may start with //
     for the folder of the .blend file. An exception that `progress` raises cancels.
     """
+    files = {obj: _absolute(path) for obj, path in paths.items()}
+    with closing(roll(files, first, last, make, reach=reach)) as frames:
+        for stage, fraction in frames:
+            if progress:
+                progress(stage, fraction)
+    return list(files.values())
+
+
+def roll(
+    paths: Mapping[bpy.types.Object, str | Path],
+    first: int,
+    last: int,
+    make: Callable[[bpy.types.Object, pc2.Writer], Film],
+    *,
+    reach: int = 0,
+) -> Iterator[tuple[str, float]]:
+    """`shoot`, a frame each time it is asked for the next, with the progress that has been made.
+    Closing it cancels."""
     if last < first:
         raise RigError(f"there is nothing to bake from frame {first} to {last}")
     files = {obj: _absolute(path) for obj, path in paths.items()}
@@ -60,15 +78,13 @@ def shoot(
                 scene.frame_set(frame)
                 for film in films:
                     film.visit(bpy.context.evaluated_depsgraph_get())
-                if progress:
-                    progress(f"frame {frame}", number / len(visited))
+                yield f"frame {frame}", number / len(visited)
     except OSError as error:
         raise RigError(_explain(error, files, count)) from error
     finally:
         scene.frame_set(before, subframe=subframe)
     for obj, path in files.items():
         mesh_cache.set_up(obj, path, first)
-    return list(files.values())
 
 
 def _absolute(path: str | Path) -> Path:

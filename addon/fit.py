@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import bpy
@@ -13,6 +13,7 @@ from .fit_job import FitJob, FitSummary, Sight, explaining
 from .inputs import RigError
 from .native import Progress
 from .registration.nonrigid import Settings
+from .registration.scan import Scan
 from .targets import Place, Target, find_pairs, read_features, read_scan
 
 
@@ -30,7 +31,8 @@ def fit(
     target: a mesh, a point cloud, or a collection of empties. pairs: names of handles, or vertices,
     and where they are on the target: objects, or points of the target; where they are not given,
     empties below the target, or in the collection, that have the names of handles. Without any, the
-    fit starts from the pose that the handles have now. On an error nothing has changed.
+    fit starts from the pose that the handles have now. settings: those of the rig where they are
+    None. On an error nothing has changed.
     """
     job = plan_fit(obj, target, pairs, settings=settings)
     job.build(progress)
@@ -46,8 +48,8 @@ def plan_fit(
 ) -> FitJob:
     """The first part of a fit: check and read everything, on the main thread. The second, which
     takes the time, is FitJob.build, on any thread; finish_fit is the last."""
-    view = _View(obj, target, pairs)
-    return view.plan(bpy.context.evaluated_depsgraph_get(), settings)
+    view = _View(obj, target, pairs, settings)
+    return view.plan(bpy.context.evaluated_depsgraph_get())
 
 
 def finish_fit(obj: bpy.types.Object, job: FitJob) -> FitSummary:
@@ -80,22 +82,36 @@ def fit_frames(
 
     Every frame is fitted on its own, so that pieces of a range agree with the whole.
     """
-    view = _View(obj, target, pairs)
-    return film.shoot(
-        {obj: path}, first, last, lambda _, writer: _Film(view, settings, writer), progress
-    )[0]
+    view = _View(obj, target, pairs, settings)
+    return film.shoot({obj: path}, first, last, view.film, progress)[0]
+
+
+def roll_frames(
+    obj: bpy.types.Object,
+    target: Target,
+    first: int,
+    last: int,
+    path: str | Path,
+    pairs: Mapping[str | int, Place] | None = None,
+) -> Iterator[tuple[str, float]]:
+    """`fit_frames`, a frame each time it is asked for the next: see film.roll."""
+    return film.roll({obj: path}, first, last, _View(obj, target, pairs, None).film)
 
 
 class _View:
     """One rig and one target, to be read at any frame."""
 
     def __init__(
-        self, obj: bpy.types.Object, target: Target, pairs: Mapping[str | int, Place] | None
+        self,
+        obj: bpy.types.Object,
+        target: Target,
+        pairs: Mapping[str | int, Place] | None,
+        settings: Settings | None,
     ) -> None:
         if target == obj:
             raise RigError(f'"{obj.name}" cannot be fitted to itself')
         live.check(obj, bpy.context.scene)
-        self.obj, self.target = obj, target
+        self.obj, self.target, self.settings = obj, target, settings
         self.pairs = find_pairs(obj, target) if pairs is None else pairs
         if not self.pairs and isinstance(target, bpy.types.Collection):
             names = ", ".join(handle.name for handle in obj.tug.handles)
@@ -104,13 +120,15 @@ class _View:
                 f'"{obj.name}": {names}'
             )
 
-    def plan(self, depsgraph: bpy.types.Depsgraph, settings: Settings | None) -> FitJob:
+    def film(self, _obj: bpy.types.Object, writer: pc2.Writer) -> _Film:
+        return _Film(self, writer)
+
+    def plan(self, depsgraph: bpy.types.Depsgraph) -> FitJob:
         return FitJob(
             name=self.obj.name,
             identity=self.obj.session_uid,
             target=self.target.name,
             recipe=live.read(self.obj),
-            settings=settings,
             sight=self.sight(depsgraph),
         )
 
@@ -121,19 +139,28 @@ class _View:
                 scan = read_scan(self.obj, self.target, depsgraph)
             vertices, places = read_features(self.obj, self.pairs, scan, depsgraph)
         start = None if vertices else rig.positions(self.obj, depsgraph)
-        return Sight(scan, vertices, places, start)
+        settings = self.settings or _own_settings(self.obj, scan)
+        return Sight(scan, vertices, places, start, settings)
+
+
+def _own_settings(obj: bpy.types.Object, scan: Scan | None) -> Settings:
+    """Those of the rig; normals count where the scan has them."""
+    angle = None if scan is None or scan.normals is None else Settings.angle
+    # Properties are float32: these are the numbers that were typed.
+    reach, firmness = round(obj.tug.fit_reach, 6), round(obj.tug.fit_firmness, 6)
+    return Settings(reach=reach, firmness=firmness, angle=angle)
 
 
 class _Film:
     """A fit of every frame."""
 
-    def __init__(self, view: _View, settings: Settings | None, writer: pc2.Writer) -> None:
-        self.view, self.settings, self.writer = view, settings, writer
+    def __init__(self, view: _View, writer: pc2.Writer) -> None:
+        self.view, self.writer = view, writer
         self.job: FitJob | None = None
 
     def visit(self, depsgraph: bpy.types.Depsgraph) -> None:
         if self.job is None:
-            self.job = self.view.plan(depsgraph, self.settings)
+            self.job = self.view.plan(depsgraph)
         else:
             self.job.sight = self.view.sight(depsgraph)
         self.job.build()

@@ -38,12 +38,13 @@ class FitSummary:
 class Sight:
     """What is known of a target at one frame, in the space of the object: its points, or None for
     empties alone; features, vertices and their places, #N by 3; start: #V by 3, where there are
-    none."""
+    none; how points and vertices find each other."""
 
     scan: Scan | None
     vertices: list[int]
     places: np.ndarray
     start: np.ndarray | None
+    settings: Settings
 
 
 @dataclass
@@ -58,7 +59,6 @@ class FitJob:
     identity: int
     target: str
     recipe: Recipe
-    settings: Settings | None
     sight: Sight
     pose: np.ndarray | None = None
     summary: FitSummary | None = None
@@ -77,9 +77,11 @@ class FitJob:
         if scan is None:
             self.pose, self.summary = features.pose(self.body, np.inf), FitSummary(count)
             return
-        settings = self.settings or Settings(angle=None if scan.normals is None else Settings.angle)
         found = register(
-            *(self.body, scan, features), start=sight.start, settings=settings, progress=progress
+            *(self.body, scan, features),
+            start=sight.start,
+            settings=sight.settings,
+            progress=progress,
         )
         self.pose = found.positions
         self.summary = FitSummary(

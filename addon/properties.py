@@ -287,6 +287,36 @@ class TUG_PG_rig(bpy.types.PropertyGroup):
         options=set(),
     )
 
+    fit_target: PointerProperty(
+        name="Target",
+        description="A scan to fit the mesh to, whole or in part: a mesh or a point cloud",
+        type=bpy.types.Object,
+        poll=lambda rig, obj: obj != rig.id_data and obj.type in {"MESH", "POINTCLOUD"},
+    )
+    fit_markers: PointerProperty(
+        name="Markers",
+        description="Empties with the names of handles, which say where those belong on the "
+        "target, or alone are the target. Empties that are children of the target count as well",
+        type=bpy.types.Collection,
+    )
+    fit_reach: FloatProperty(
+        name="Reach",
+        description="How far from the mesh the target may be to draw on it, in parts of the size "
+        "of the mesh",
+        default=0.1,
+        min=0.001,
+        soft_max=0.5,
+        options=set(),
+    )
+    fit_firmness: FloatProperty(
+        name="Target Firmness",
+        description="How much the target counts beside the shape keys; less for a noisy one",
+        default=1000.0,
+        min=0.001,
+        soft_max=10000.0,
+        options=set(),
+    )
+
     # What the rig was bound to. The model itself is not saved: it is made again from the vertex
     # groups, the shape keys and this.
     bound: BoolProperty(name="Bound", options={"HIDDEN"})

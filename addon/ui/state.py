@@ -63,8 +63,8 @@ def edit_mode(obj: Object) -> str:
     return "" if obj.data.is_editmode else "Enter Edit Mode and select vertices first"
 
 
-def not_binding(obj: Object) -> str:
-    return "It is being bound: wait, or press Esc" if work.running(obj) else ""
+def idle(obj: Object) -> str:
+    return "It is being bound or fitted: wait, or press Esc" if work.running(obj) else ""
 
 
 def handles(obj: Object) -> str:

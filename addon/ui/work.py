@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Binds that run beside the window, in threads of their own."""
+"""Binds and fits that run beside the window, in threads of their own."""
 
 from __future__ import annotations
 
 import threading
+from typing import Protocol
 
 from bpy.types import Object
 
-from ..job import Job
+from ..native import Progress
 
 # By identity of the object.
 _running: dict[int, Work] = {}
@@ -17,11 +18,20 @@ class CancelledError(Exception):
     """The artist pressed Esc."""
 
 
+class Job(Protocol):
+    """Work for one object: its name and session_uid, and what takes the time, on any thread."""
+
+    name: str
+    identity: int
+
+    def build(self, progress: Progress | None = None) -> None: ...
+
+
 class Work(threading.Thread):
     """Builds a job; `stage` and `fraction` say how far it is, `problem` what ended it."""
 
     def __init__(self, job: Job) -> None:
-        super().__init__(name="Tug bind", daemon=True)
+        super().__init__(name="Tug", daemon=True)
         self.job, self.stage, self.fraction = job, "", 0.0
         self.problem: Exception | None = None
         self._cancelled = threading.Event()
