@@ -16,8 +16,9 @@ FILE = Path(__file__).with_name("sample.npz")
 NAME = "Fox"
 
 
-def add_scene(path: Path = FILE) -> Object:
+def add_scene(path: Path | None = None) -> Object:
     """A new scene with the character and its handles, not bound; gives the mesh."""
+    path = path or FILE
     if not path.is_file():
         raise RigError("this Tug was not installed from its zip, which has the sample in it")
     with np.load(path) as arrays:
@@ -52,7 +53,8 @@ def _mesh_object(sample: dict[str, np.ndarray]) -> Object:
 def _painted() -> bpy.types.Material:
     """Shows the colours of the vertices."""
     material = bpy.data.materials.new(NAME)
-    material.use_nodes = True
+    if bpy.app.version < (5, 0):  # nothing else is possible later
+        material.use_nodes = True
     nodes, links = material.node_tree.nodes, material.node_tree.links
     attribute = nodes.new("ShaderNodeVertexColor")
     attribute.layer_name = "Paint"

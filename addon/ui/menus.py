@@ -26,6 +26,7 @@ class TUG_MT_tug(Menu):
         layout.operator("tug.set_up")
         layout.operator("tug.bind")
         layout.operator("tug.unbind")
+        layout.operator("tug.drag")
         layout.operator("tug.update_pose")
         layout.separator()
         layout.menu("TUG_MT_add_handles")
@@ -46,6 +47,7 @@ class TUG_MT_tug(Menu):
         layout.separator()
         layout.operator("tug.bake")
         layout.operator("tug.remove_bake")
+        layout.operator("tug.store_colours")
         layout.separator()
         layout.operator("tug.open_sample")
 
