@@ -26,7 +26,7 @@ FOLDER = Path(__file__).resolve().parent
 CHECKOUT = FOLDER.parent.parent
 # The checkout may be read-only.
 sys.dont_write_bytecode = True
-sys.path[:0] = [str(FOLDER), str(CHECKOUT), str(FOLDER.parent)]
+sys.path[:0] = [str(FOLDER), str(FOLDER.parent), str(CHECKOUT)]
 
 import bpy  # noqa: E402
 from blenders import arguments  # noqa: E402
