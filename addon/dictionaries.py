@@ -39,8 +39,8 @@ class Dictionary(StrEnum):
 
 
 GROUPS_A_HANDLE = 2
-EIGENFUNCTIONS = 15  # as in F's experiments; more where there are more handles
-EIGENFUNCTION_GROUPS = 30
+EIGENFUNCTIONS = 15  # as in F's experiments
+EIGENFUNCTION_GROUPS = 20
 BONES = 20
 
 
@@ -63,9 +63,9 @@ def make_functions(
 ) -> Functions:
     """The functions of a dictionary. Fractions of a second, with a skeleton seconds.
 
-    shapes: #S by #V by k, the rest shape first; only a skeleton sees the others. handles: vertices;
-    only their number matters but for HANDLES. group_count: groups at most; 0 takes as many as suit
-    the dictionary.
+    shapes: #S by #V by k, the rest shape first; only a skeleton sees where the others are. handles:
+    vertices; only their number matters but for HANDLES. group_count: groups at most; 0 takes as
+    many as suit the dictionary.
     """
     match Dictionary(kind):
         case Dictionary.HANDLES:
@@ -73,7 +73,7 @@ def make_functions(
             group_count = group_count or GROUPS_A_HANDLE * weights.shape[1]
             return functions_of_weights(mesh, weights, group_count, progress=progress)
         case Dictionary.EIGENFUNCTIONS:
-            return _eigenfunctions(mesh, len(handles), group_count, progress)
+            return _eigenfunctions(mesh, shapes, len(handles), group_count, progress)
         case Dictionary.SKELETON:
             weights, _ = find_skeleton(mesh, shapes, BONES, progress=progress)
             return functions_of_weights(mesh, weights, group_count, progress=progress)
@@ -103,12 +103,22 @@ def functions_of_weights(
 
 
 def _eigenfunctions(
-    mesh: Mesh, handle_count: int, group_count: int, progress: Progress | None
+    mesh: Mesh, shapes: np.ndarray, handle_count: int, group_count: int, progress: Progress | None
 ) -> Functions:
-    """Never fewer than handles: each can then move on its own whatever the shapes are."""
-    count = min(max(EIGENFUNCTIONS, handle_count), mesh.vertex_count)
+    count = eigenfunction_count(mesh, shapes, handle_count)
     values, functions, _ = compute_eigenfunctions(mesh, count, progress=progress)
     groups = cluster_by_eigenfunctions(
         *(mesh, values, functions, group_count or EIGENFUNCTION_GROUPS), progress=progress
     )
     return Functions(functions, groups)
+
+
+def eigenfunction_count(mesh: Mesh, shapes: np.ndarray, handle_count: int) -> int:
+    """As many as suit most meshes, beside those that tell loose parts from each other. Not more
+    than the handles where the dictionary would have more columns than there are vertices; more for
+    many handles, which must not depend on each other however alike the shapes are."""
+    parts = int(mesh.components().max()) + 1
+    columns = 1 + shapes.shape[0] * shapes.shape[2]  # a function
+    wanted = min(EIGENFUNCTIONS + parts - 1, mesh.vertex_count // columns)
+    needed = max(parts, min(handle_count, EIGENFUNCTIONS), (handle_count + 1) // 2)
+    return min(max(wanted, needed), mesh.vertex_count)

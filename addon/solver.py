@@ -307,7 +307,7 @@ def make_solver(
     triangles: np.ndarray,
     handles: Sequence[int],
     *,
-    dictionary: Dictionary = Dictionary.HANDLES,
+    dictionary: Dictionary = Dictionary.EIGENFUNCTIONS,
     free: Sequence[int] = (),
     stiffness: np.ndarray | None = None,
     progress: Progress | None = None,

@@ -49,7 +49,7 @@ def numbers(lifts: Lifts) -> dict[str, dict[str, float]]:
     """How far the moved leg is from the lifted leg of the example, the mean over its vertices after
     the best rigid motion, in parts of the rest shape's diagonal."""
     problem = lifts.problem
-    leg = problem.binding.weights[:, list(problem.sample.handles).index(PAW)] > 0.5
+    leg = problem.functions.weights[:, list(problem.sample.handles).index(PAW)] > 0.5
     return {
         row: {
             body: mean_distance(pose[leg], problem.shape(LIFTED)[leg]) / problem.diagonal

@@ -10,7 +10,17 @@ from functools import cached_property
 from typing import Protocol, Self
 
 import numpy as np
-from project import METHODS, Binding, Mesh, Model, Rows, Sample, Solver, bind
+from project import (
+    METHODS,
+    Dictionary,
+    Functions,
+    Mesh,
+    Model,
+    Rows,
+    Sample,
+    Solver,
+    make_functions,
+)
 
 
 class Method(Protocol):
@@ -31,7 +41,7 @@ class Problem:
     shapes: np.ndarray
     triangles: np.ndarray
     handles: np.ndarray
-    binding: Binding
+    functions: Functions
 
     @classmethod
     def of(cls, sample: Sample, handles: Sequence[str] = ()) -> Self:
@@ -41,7 +51,9 @@ class Problem:
             shapes = shapes[:, :, :2]
         vertices = np.array([sample.handles[name] for name in handles or sample.handles])
         triangles = sample.triangles()
-        return cls(sample, shapes, triangles, vertices, bind(shapes[0], triangles, vertices))
+        with Mesh(shapes[0], triangles) as mesh:
+            functions = make_functions(Dictionary.HANDLES, mesh, shapes, vertices)
+        return cls(sample, shapes, triangles, vertices, functions)
 
     @cached_property
     def diagonal(self) -> float:
@@ -67,19 +79,17 @@ class Problem:
             Model(
                 mesh,
                 self.shapes,
-                self.binding.weights,
+                self.functions.weights,
                 Rows.pin(self.handles),
-                self.binding.groups,
+                self.functions.groups,
             ) as model,
         ):
             return Solver(model, **options)
 
     def peer(self, name: str, **options: float) -> Method:
         """One of baselines.METHODS."""
-        binding = self.binding
-        return METHODS[name](
-            self.shapes, self.triangles, self.handles, binding.weights, binding.groups, **options
-        )
+        weights, groups = self.functions.weights, self.functions.groups
+        return METHODS[name](self.shapes, self.triangles, self.handles, weights, groups, **options)
 
 
 def mean_blend(method: Method) -> np.ndarray:

@@ -9,25 +9,34 @@ sys.path[:0] = [str(CHECKOUT), str(CHECKOUT / "native" / "bench")]
 
 from baselines import METHODS  # noqa: E402
 from continuity import farthest  # noqa: E402
-from data import Binding, bind  # noqa: E402
-from library import Form, Mesh, Model, Rows, Solver  # noqa: E402
+from library import (  # noqa: E402
+    Dictionary,
+    Form,
+    Functions,
+    Mesh,
+    Model,
+    Rows,
+    Solver,
+    make_functions,
+)
 
 from sample_scenes import chameleon, creature, snake, squares  # noqa: E402
 from sample_scenes.sample import Sample  # noqa: E402
 
 __all__ = [
     "METHODS",
-    "Binding",
+    "Dictionary",
     "Form",
+    "Functions",
     "Mesh",
     "Model",
     "Rows",
     "Sample",
     "Solver",
-    "bind",
     "chameleon",
     "creature",
     "farthest",
+    "make_functions",
     "snake",
     "squares",
 ]

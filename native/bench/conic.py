@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 import scipy.sparse
-from data import Binding, ExampleSet
-from library import Solver
+from data import ExampleSet
+from library import Functions, Solver
 
 LAMBDA = 0.5
 DEPENDENT = 1e-12  # pivot below which a column of the dictionary is left out
@@ -43,18 +43,18 @@ class Instance:
 
 
 class Assembly:
-    """What (A 20) needs of a mesh and its binding, whatever the pose."""
+    """What (A 20) needs of a mesh and its functions, whatever the pose."""
 
-    def __init__(self, poses: ExampleSet, handles: np.ndarray, binding: Binding) -> None:
+    def __init__(self, poses: ExampleSet, handles: np.ndarray, functions: Functions) -> None:
         self.handles, self.unit = handles, poses.diagonal
         shapes = (poses.shapes - poses.shapes[0].mean(axis=0)) / self.unit
-        weights = binding.weights
+        weights = functions.weights
         coordinates = np.concatenate(list(shapes), axis=1)
         products = weights[:, :, None] * coordinates[:, None, :]
         D = np.concatenate([weights, products.reshape(len(weights), -1)], axis=1)
         groups = [
-            rigidity(shapes[0], poses.triangles[binding.groups == group])
-            for group in range(binding.groups.max() + 1)
+            rigidity(shapes[0], poses.triangles[functions.groups == group])
+            for group in range(functions.groups.max() + 1)
         ]
         total = sum(groups[1:], start=groups[0])
         self.D = D[:, independent_columns(D.T @ (total @ D), D[handles])]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sets of example poses from a folder of .npz files; and how handles and weights are put on them.
+"""Sets of example poses from a folder of .npz files; and how handles are put on them.
 
 A file holds `verts` (poses by #V by k) and `faces` (#F by 3) or `quads` (#Q by 4).
 """
@@ -14,9 +14,7 @@ from pathlib import Path
 from typing import Self
 
 import numpy as np
-from library import CHECKOUT, Mesh, cluster_triangles, compute_weights
-
-GROUPS_A_HANDLE = 2
+from library import CHECKOUT, Mesh
 
 
 class MissingDataError(Exception):
@@ -44,21 +42,6 @@ class ExampleSet:
         """Farthest points along the edges of the first pose, from vertex 0."""
         with Mesh(self.shapes[0], self.triangles) as mesh:
             return mesh.spread(count)
-
-
-@dataclass(frozen=True)
-class Binding:
-    """Weights (#V by #H) and groups (#F) of handle vertices on a rest shape."""
-
-    weights: np.ndarray
-    groups: np.ndarray
-
-
-def bind(rest: np.ndarray, triangles: np.ndarray, handles: np.ndarray) -> Binding:
-    """Bounded biharmonic weights and two groups a handle; parts without a handle follow."""
-    with Mesh(rest, triangles) as mesh:
-        weights, _ = compute_weights(mesh, [[handle] for handle in handles], follow_nearest=1)
-        return Binding(weights, cluster_triangles(mesh, weights, GROUPS_A_HANDLE * len(handles)))
 
 
 def default_folder() -> Path:

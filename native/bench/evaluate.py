@@ -16,23 +16,24 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
-from data import ExampleSet, MissingDataError, bind, default_folder, load, set_names
+from data import ExampleSet, MissingDataError, default_folder, load, set_names
 from library import native
-from methods import FORMS, Tally, make, peers
+from methods import ABLATIONS, DEFAULT, OWN, Tally, make, peers
 from quality import HeldOut, drag_dependence, leave_one_out, recognise, start_cold
+from rigs import Rig
 
 COLD_FRAMES = 13
 
 
 def parse_arguments() -> argparse.Namespace:
-    known = [*FORMS, *peers()]
+    known = [*OWN, *ABLATIONS, *peers()]
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
         "--data", type=Path, default=default_folder(), help="folder of .npz files; default TUG_DATA"
     )
     parser.add_argument("--sets", type=names, help="comma-separated; default: all of the folder")
     parser.add_argument(
-        "--methods", type=names, default=["amrap"], help=f"comma-separated, of {', '.join(known)}"
+        "--methods", type=names, default=[DEFAULT], help=f"comma-separated, of {', '.join(known)}"
     )
     parser.add_argument("--handles", type=int, default=10, help="farthest points from vertex 0")
     parser.add_argument(
@@ -79,23 +80,20 @@ def load_sets(given: argparse.Namespace) -> list[ExampleSet]:
 def evaluate_set(poses: ExampleSet, methods: list[str], handle_count: int) -> dict:
     """All measures of all methods on one set."""
     handles = poses.spread_handles(handle_count)
-    start = time.perf_counter()
-    binding = bind(poses.shapes[0], poses.triangles, handles)
-    bind_seconds = time.perf_counter() - start
     held_out = leave_one_out(poses, handles, methods, Tally())
     result = {}
     for name in methods:
-        fresh = functools.partial(make, name, poses.shapes, poses.triangles, handles, binding)
         start = time.perf_counter()
-        method = fresh()
+        rig = Rig(poses.shapes, poses.triangles, handles)
+        method = make(name, rig)
         result[name] = {
-            "bind_seconds": bind_seconds + time.perf_counter() - start,
+            "bind_seconds": time.perf_counter() - start,
             "leave_one_out": summarise([one for one in held_out if one.method == name]),
             "cold_start": asdict(start_cold(poses, handles, method, COLD_FRAMES)),
-            "recognition": [
-                asdict(one) for one in recognise(poses, handles, method, binding.weights)
-            ],
-            "drag_dependence": drag_dependence(poses, handles, fresh, Tally()),
+            "recognition": [asdict(one) for one in recognise(poses, handles, method)],
+            "drag_dependence": drag_dependence(
+                poses, handles, functools.partial(make, name, rig), Tally()
+            ),
         }
         method.close()
         print(f"{poses.name}: {name}: {describe(result[name])}", flush=True)

@@ -8,6 +8,7 @@ CHECKOUT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(CHECKOUT))
 
 from addon import native  # noqa: E402
+from addon.dictionaries import Dictionary, Functions, make_functions  # noqa: E402
 from addon.geometry import Mesh, Points, Rows  # noqa: E402
 from addon.solver import (  # noqa: E402
     Form,
@@ -16,6 +17,7 @@ from addon.solver import (  # noqa: E402
     Solver,
     minimise_blend,
 )
+from addon.starts import RowStart, find_rotations  # noqa: E402
 from addon.weights import (  # noqa: E402
     EigenfunctionsInfo,
     WeightsInfo,
@@ -26,11 +28,14 @@ from addon.weights import (  # noqa: E402
 
 __all__ = [
     "CHECKOUT",
+    "Dictionary",
     "EigenfunctionsInfo",
     "Form",
+    "Functions",
     "Mesh",
     "Model",
     "Points",
+    "RowStart",
     "Rows",
     "SolveInfo",
     "Solver",
@@ -38,6 +43,8 @@ __all__ = [
     "cluster_triangles",
     "compute_eigenfunctions",
     "compute_weights",
+    "find_rotations",
+    "make_functions",
     "minimise_blend",
     "native",
 ]

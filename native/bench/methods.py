@@ -2,8 +2,8 @@
 """Everything that poses a mesh from handle positions, behind one interface: Tug's forms, and the
 methods it is compared with.
 
-A method is made from (shapes, triangles, handles, weights, groups), the rest shape first; it has
-solve(targets), with `converged` and `rounds` in its result, positions() and close().
+A method is made from a rig; it has solve(targets), with `converged` and `rounds` in its result,
+positions() and close().
 """
 
 from __future__ import annotations
@@ -12,16 +12,51 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from data import Binding
-from library import Form, Mesh, Model, Rows, SolveInfo, Solver, native
+from library import Dictionary, Form, SolveInfo, Solver, native
+from rigs import Rig
+from schedule import ABLATIONS
 
-FORMS: dict[str, dict[str, float]] = {
-    "amrap": {"form": Form.STEADY},
-    "paper": {"form": Form.PAPER},
-    "no_rotations": {"form": Form.NO_ROTATIONS},
-    "no_costs": {"form": Form.STEADY, "lambda_": 0.0},
-    "trust_region": {"form": Form.TRUST_REGION},
+ENERGIES = {
+    "steady": Form.STEADY,
+    "average": Form.AVERAGE,
+    "minimal": Form.MINIMAL,
+    "closest": Form.CLOSEST,
 }
+DICTIONARIES = {
+    "handles": Dictionary.HANDLES,
+    "lbo": Dictionary.EIGENFUNCTIONS,
+    "skeleton": Dictionary.SKELETON,
+}
+SOFT = 10.0  # how much stiffer than the surface soft rows are: beta_lc of (F 5), for all alike
+DEFAULT = "steady_lbo"  # the pair of make_solver
+AMRAP = "amrap"  # as its paper has it, but steady: on a bounded biharmonic function a handle
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What of Tug a method is: options of Solver, a dictionary, and the firmness of its rows."""
+
+    options: dict[str, float]
+    dictionary: Dictionary = Dictionary.HANDLES
+    firmness: float = np.inf
+
+
+# Every energy on every dictionary with pinned and with soft rows: steady_lbo, minimal_skeleton_soft
+PAIRS = {
+    f"{energy}_{dictionary}{ending}": Choice({"form": form}, kind, firmness)
+    for energy, form in ENERGIES.items()
+    for dictionary, kind in DICTIONARIES.items()
+    for ending, firmness in (("", np.inf), ("_soft", SOFT))
+}
+FORMS = {
+    AMRAP: Choice({"form": Form.STEADY}),
+    "paper": Choice({"form": Form.PAPER}),
+    "no_rotations": Choice({"form": Form.NO_ROTATIONS}),
+    "no_costs": Choice({"form": Form.STEADY, "lambda_": 0.0}),
+    "trust_region": Choice({"form": Form.TRUST_REGION}),
+}
+OWN = PAIRS | FORMS
+UNSETTLED = (Form.PAPER, Form.AVERAGE, Form.MINIMAL, Form.CLOSEST)  # may end without coming to rest
 ONE_SHAPE = ("fast",)  # methods that see the rest shape only
 NO_PEERS = "the library of the other methods was not built"
 
@@ -61,7 +96,7 @@ class Tally:
     def count(self, info: SolveInfo, form: Form, diagonal: float) -> None:
         """One more solve."""
         self.solves += 1
-        self.unconverged += not info.converged and form != Form.PAPER
+        self.unconverged += not info.converged and form not in UNSETTLED
         self.rises += info.increase > 1e-12 * diagonal and form != Form.PAPER
         if info.objective >= 1e-3 * diagonal:
             self.gap = max(self.gap, info.gap / info.objective)
@@ -80,25 +115,16 @@ class Tally:
 
 
 class Tug:
-    """A form of Tug that keeps a tally."""
+    """A form of Tug on a dictionary that keeps a tally."""
 
-    def __init__(
-        self,
-        shapes: np.ndarray,
-        triangles: np.ndarray,
-        handles: np.ndarray,
-        binding: Binding,
-        **options: float,
-    ) -> None:
-        rows = Rows.pin(handles)
-        with (
-            Mesh(shapes[0], triangles) as mesh,
-            Model(mesh, shapes, binding.weights, rows, binding.groups) as model,
-        ):
-            self.solver = Solver(model, **options)
+    def __init__(self, rig: Rig, choice: Choice = PAIRS[DEFAULT]) -> None:
+        self.functions = rig.functions(choice.dictionary)
+        self.solver = Solver(rig.model(choice.dictionary), **choice.options)
+        if choice.firmness < np.inf:
+            self.solver.set_firmness(np.full(len(rig.handles), choice.firmness))
         self.tally = Tally()
-        self._form = Form(options.get("form", Form.STEADY))
-        self._diagonal = float(np.linalg.norm(np.ptp(shapes[0], axis=0)))
+        self._form = Form(choice.options.get("form", Form.STEADY))
+        self._diagonal = rig.diagonal
 
     def solve(self, targets: np.ndarray) -> SolveInfo:
         info = self.solver.solve(targets)
@@ -123,12 +149,15 @@ def peers() -> list[str]:
     return list(METHODS)
 
 
-def make(
-    name: str, shapes: np.ndarray, triangles: np.ndarray, handles: np.ndarray, binding: Binding
-) -> Method:
-    """A method by its name. Raises KeyError where there is none of it."""
-    if name in FORMS:
-        return Tug(shapes, triangles, handles, binding, **FORMS[name])
+def make(name: str, rig: Rig) -> Method:
+    """A method by its name; the others get the handles' weights. Raises KeyError where there is
+    none of it."""
+    if name in OWN:
+        return Tug(rig, OWN[name])
+    if name in ABLATIONS:
+        return ABLATIONS[name](rig)
     from baselines import METHODS
 
-    return METHODS[name](shapes, triangles, handles, binding.weights, binding.groups)
+    functions = rig.functions(Dictionary.HANDLES)
+    given = (rig.shapes, rig.triangles, rig.handles, functions.weights, functions.groups)
+    return METHODS[name](*given)

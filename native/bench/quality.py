@@ -15,8 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from continuity import draw_paths, farthest
-from data import Binding, ExampleSet, bind
+from data import ExampleSet
 from methods import Method, Tally, Tug, make
+from rigs import Rig
 
 DISTINCT = 0.01  # of the diagonal: handles of examples that can be told apart
 DRAGS, DRAG_STEPS = 20, 5
@@ -76,15 +77,16 @@ def leave_one_out(
 ) -> list[HeldOut]:
     """Each pose, by each method, from its handles and all other poses; the first of those is the
     rest shape."""
-    bound: dict[int, Binding] = {}
+    rigs: dict[int, Rig] = {}  # by their rest shape
     results = []
     for pose in range(len(poses.shapes)):
         others = np.delete(poses.shapes, pose, axis=0)
         rest = int(pose == 0)
-        if rest not in bound:
-            bound[rest] = bind(others[0], poses.triangles, handles)
+        before = rigs.get(rest)
+        rig = before.with_shapes(others) if before else Rig(others, poses.triangles, handles)
+        rigs[rest] = rig
         for name in methods:
-            method = make(name, others, poses.triangles, handles, bound[rest])
+            method = make(name, rig)
             results.append(pose_held_out(poses, handles, name, method, pose))
             tally.add(tally_of(method))
             method.close()
@@ -129,14 +131,16 @@ def rigid_distance(points: np.ndarray, others: np.ndarray) -> float:
     return farthest(points, others @ (left @ right))
 
 
-def recognise(
-    poses: ExampleSet, handles: np.ndarray, method: Method, weights: np.ndarray
-) -> list[Recognised]:
+def recognise(poses: ExampleSet, handles: np.ndarray, method: Method) -> list[Recognised]:
     """Every example that can be told from the others, from its handles alone."""
     results = []
-    # The dictionary has all W_h times all coordinates, so an example is in its span as far as the
-    # weights sum to one.
-    off_one = np.abs(weights.sum(axis=1) - 1.0)
+    # The dictionary has all W_h times all coordinates, so an example is in its span as far as one
+    # is in that of the weights.
+    off_one = 0.0
+    if isinstance(method, Tug):
+        weights = method.functions.weights
+        one = np.ones(len(weights))
+        off_one = np.abs(weights @ np.linalg.lstsq(weights, one, rcond=None)[0] - one)
     for pose in distinct_poses(poses, handles):
         truth = poses.shapes[pose]
         method.solve(truth[handles])

@@ -9,8 +9,8 @@ import numpy as np
 from cone_solvers import PEERS, TOLERANCE, Optimum, solve_by_peer, solve_by_tug
 from conic import Assembly, Instance
 from continuity import draw_paths
-from data import bind
-from methods import Tug
+from methods import AMRAP, make
+from rigs import Rig
 from suite import TABLE, Row, Suite, compare
 
 TIMES = (0.3, 0.7)  # of the frames along the first path whose (A 20) is taken
@@ -23,9 +23,9 @@ def instances(suite: Suite, name: str) -> list[Instance]:
     shapes, handle_count = TABLE[name]
     poses = suite.load(name).first(shapes)
     handles = poses.spread_handles(handle_count)
-    binding = bind(poses.shapes[0], poses.triangles, handles)
-    assembly, path = Assembly(poses, handles, binding), next(draw_paths(poses, handles, 1))
-    method = Tug(poses.shapes, poses.triangles, handles, binding)
+    method = make(AMRAP, Rig(poses.shapes, poses.triangles, handles))
+    assembly = Assembly(poses, handles, method.functions)
+    path = next(draw_paths(poses, handles, 1))
     made = []
     for time in TIMES:
         method.solve(path.at(time))

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 from continuity import Trace, draw_paths, follow
-from data import bind, load
-from methods import FORMS, NO_PEERS, ONE_SHAPE, Tally, make, peers
+from data import load
+from methods import AMRAP, DEFAULT, FORMS, NO_PEERS, ONE_SHAPE, Tally, make, peers
 from quality import (
     HeldOut,
     Recognised,
@@ -21,6 +21,7 @@ from quality import (
     recognise,
     tally_of,
 )
+from rigs import Rig
 from suite import ACCURACY_SETS, HANDLES, LARGE, PEER_SETS, Row, Suite, compare, not_run
 
 POSES = 12  # of a set in leave-one-out
@@ -29,9 +30,10 @@ CONTINUITY_PEERS = ("paper", "fast", "mesh_ik", "energy_interpolation")
 
 @dataclass
 class Examined:
-    """One set with all its examples, by the default form."""
+    """One set with all its examples, by one method of Tug."""
 
     name: str
+    method: str
     examples: int
     drags: float
     recognised: list[Recognised]
@@ -39,17 +41,16 @@ class Examined:
     tally: Tally = field(default_factory=Tally)
 
 
-def examine(folder: Path, name: str, path_count: int) -> Examined:
+def examine(folder: Path, name: str, method_name: str, path_count: int) -> Examined:
     """In a process of its own: drags, recognition, and paths where there are enough examples."""
     poses = load(folder, name)
     handles = poses.spread_handles(HANDLES)
-    binding = bind(poses.shapes[0], poses.triangles, handles)
-    fresh = functools.partial(make, "amrap", poses.shapes, poses.triangles, handles, binding)
+    fresh = functools.partial(make, method_name, Rig(poses.shapes, poses.triangles, handles))
     tally = Tally()
     drags = drag_dependence(poses, handles, fresh, tally)
     method = fresh()
-    recognised = recognise(poses, handles, method, binding.weights)
-    result = Examined(name, len(poses.shapes), drags, recognised, tally=tally)
+    recognised = recognise(poses, handles, method)
+    result = Examined(name, method_name, len(poses.shapes), drags, recognised, tally=tally)
     if len(poses.shapes) >= 4:
         paths = draw_paths(poses, handles, path_count)
         result.traces = [follow(method, path) for path in paths]
@@ -62,8 +63,7 @@ def trace_peer(folder: Path, name: str, method_name: str, path_count: int) -> li
     """In a process of its own: the first paths of a set by one method."""
     poses = load(folder, name)
     handles = poses.spread_handles(HANDLES)
-    binding = bind(poses.shapes[0], poses.triangles, handles)
-    method = make(method_name, poses.shapes, poses.triangles, handles, binding)
+    method = make(method_name, Rig(poses.shapes, poses.triangles, handles))
     traces = [follow(method, path) for path in draw_paths(poses, handles, path_count)]
     method.close()
     return traces
@@ -77,28 +77,37 @@ def hold_out(folder: Path, name: str, methods: list[str]) -> tuple[list[HeldOut]
 
 
 def pose_rows(suite: Suite, wanted: set[str]) -> Iterator[Row]:
-    """history, recognition, continuity, unconverged, of the default form on every set."""
-    examined = []
-    for one in suite.map(examine, [(suite.folder, name, suite.paths) for name in suite.sets()]):
-        suite.tally.add(one.tally, f"{one.name}, all examples")
-        examined.append(one)
-        rows = [history_row([one]), recognition_row([one]), *path_rows([one])]
-        yield from (row for row in rows if row.name in wanted)
+    """history, recognition, continuity, unconverged, on every set: of the default pair, then of
+    its energy on the handles' functions."""
+    by_method: dict[str, list[Examined]] = {DEFAULT: [], AMRAP: []}
+    jobs = [(suite.folder, set_, name, suite.paths) for name in by_method for set_ in suite.sets()]
+    for one in suite.map(examine, jobs):
+        suite.tally.add(one.tally, f"{label([one])}, all examples")
+        by_method[one.method].append(one)
+        yield from rows_of([one], wanted)
+    for examined in by_method.values():
+        yield from rows_of(examined, wanted)
+    if "continuity" in wanted:
+        yield from peer_path_rows(suite, by_method[DEFAULT])
+
+
+def rows_of(examined: list[Examined], wanted: set[str]) -> Iterator[Row]:
     rows = [history_row(examined), recognition_row(examined), *path_rows(examined)]
     yield from (row for row in rows if row.name in wanted)
-    if "continuity" in wanted:
-        yield from peer_path_rows(suite, examined)
 
 
 def sizes_of(examined: list[Examined]) -> dict:
     """What a row is about: one set, or all of them."""
+    sizes = {"method": examined[0].method, "handles": HANDLES}
     if len(examined) == 1:
-        return {"set": examined[0].name, "examples": examined[0].examples, "handles": HANDLES}
-    return {"sets": len(examined), "handles": HANDLES}
+        return sizes | {"set": examined[0].name, "examples": examined[0].examples}
+    return sizes | {"sets": len(examined)}
 
 
 def label(examined: list[Examined]) -> str:
-    return examined[0].name if len(examined) == 1 else "all sets"
+    """What it is about, of whom: nobody's name stands for the default pair."""
+    of = examined[0].name if len(examined) == 1 else "all sets"
+    return of if examined[0].method == DEFAULT else f"{of}, {examined[0].method}"
 
 
 def history_row(examined: list[Examined]) -> Row:
@@ -112,7 +121,7 @@ def recognition_row(examined: list[Examined]) -> Row:
     found = [one for set_ in examined for one in set_.recognised]
     metric = f"largest vertex error of an example from its handles, {label(examined)}"
     if not found:
-        return not_run("recognition", f"no example of {examined[0].name} can be told from others")
+        return not_run("recognition", f"no example of {label(examined)} can be told from others")
     worst = max(found, key=lambda one: one.error)
     sizes = sizes_of(examined) | {
         "counted": len(found),
@@ -139,7 +148,7 @@ def path_rows(examined: list[Examined]) -> list[Row]:
 
 
 def peer_path_rows(suite: Suite, examined: list[Examined]) -> Iterator[Row]:
-    """Each peer on the first paths of some sets, and the default form on the same."""
+    """Each peer on the first paths of some sets, and the default pair on the same."""
     names, count = suite.chosen(PEER_SETS), suite.peer_paths
     own = [t for one in examined if one.name in names for t in one.traces[:count]]
     there = [name for name in CONTINUITY_PEERS if name in (*FORMS, *peers())]
@@ -168,22 +177,23 @@ def compare_paths(peer: str, names: list[str], own: list[Trace], traces: list[Tr
 
 
 def leave_one_out_rows(suite: Suite) -> Iterator[Row]:
-    """Every method on every set; and on how many of those that rank AMRAP is the best."""
+    """Every method on every set; and on how many of those that rank the default pair is better
+    than all that are not Tug's."""
     ranked = suite.chosen(ACCURACY_SETS)
     names = ranked + [name for name in suite.sets() if name not in (*ranked, *LARGE)]
-    others = [*(name for name in FORMS if name != "amrap"), *peers()]
+    others = [*FORMS, *peers()]
     better: dict[str, list[str]] = {}
-    jobs = [(suite.folder, name, ["amrap", *others]) for name in names]
+    jobs = [(suite.folder, name, [DEFAULT, *others]) for name in names]
     for name, (found, tally) in zip(names, suite.map(hold_out, jobs), strict=True):
         suite.tally.add(tally, f"leave_one_out, {name}")
-        own = mean_row(name, [one for one in found if one.method == "amrap"])
+        own = mean_row(name, [one for one in found if one.method == DEFAULT])
         yield own
         rows = [method_row(name, own, found, method) for method in others]
         yield from rows
         if name in ranked:
             better[name] = [r.peer for r in rows if r.peer in peers() and r.peer_value <= own.value]
     if peers():
-        metric = "sets, AMRAP better than every peer"
+        metric = "sets, the default pair better than every peer"
         won = sum(not found for found in better.values())
         yield Row("leave_one_out", metric, "", won, sizes={"better_peers": better})
     else:

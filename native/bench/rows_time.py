@@ -12,10 +12,11 @@ from collections.abc import Iterator
 
 import numpy as np
 from continuity import draw_paths
-from data import ExampleSet, bind
+from data import ExampleSet
 from generated import tube
 from library import (
     CHECKOUT,
+    Dictionary,
     Form,
     Mesh,
     Model,
@@ -25,7 +26,8 @@ from library import (
     compute_weights,
     native,
 )
-from methods import Tally, Tug, peers
+from methods import AMRAP, DEFAULT, Choice, Tally, Tug, make, peers
+from rigs import Rig
 from suite import HANDLES, TABLE, Row, Suite, compare, not_run
 from timing import position_seconds, seconds_of, solve_seconds
 
@@ -48,12 +50,11 @@ def along_paths(poses: ExampleSet, handles: np.ndarray, frames: int) -> np.ndarr
     return np.concatenate([path.frames(frames + 1)[1:-1] for path in paths])
 
 
-def prepared(poses: ExampleSet, handle_count: int, **options: float) -> tuple[Tug, np.ndarray]:
-    """A solver, and frames to solve."""
+def prepared(poses: ExampleSet, handle_count: int, *names: str) -> tuple[list[Tug], np.ndarray]:
+    """Methods of Tug, and frames to solve."""
     handles = poses.spread_handles(handle_count)
-    binding = bind(poses.shapes[0], poses.triangles, handles)
-    method = Tug(poses.shapes, poses.triangles, handles, binding, **options)
-    return method, along_paths(poses, handles, FRAMES)
+    rig = Rig(poses.shapes, poses.triangles, handles)
+    return [make(name, rig) for name in names], along_paths(poses, handles, FRAMES)
 
 
 def converges(method: Tug, frames: np.ndarray, suite: Suite, row: str) -> bool:
@@ -64,21 +65,22 @@ def converges(method: Tug, frames: np.ndarray, suite: Suite, row: str) -> bool:
 
 
 def frame_rows(suite: Suite) -> Iterator[Row]:
-    """A new pose from nothing, on the models of Table 1; the paper's form beside it."""
+    """A new pose from nothing by the default pair, on the models of Table 1; beside it the same
+    energy on the handles' functions, and the paper's."""
     medians, all_converged = [], True
     for name in suite.chosen(TABLE):
         shapes, handle_count = TABLE[name]
         poses = suite.load(name).first(shapes)
-        method, frames = prepared(poses, handle_count)
-        alternation, _ = prepared(poses, handle_count, form=Form.PAPER)
+        peer_names = (AMRAP, "paper")
+        (method, *others), frames = prepared(poses, handle_count, DEFAULT, *peer_names)
         converged = converges(method, frames, suite, f"frame, {name}")
-        milliseconds, paper = (
-            1e3 * float(np.median(solve_seconds(one.solver, frames)))
-            for one in (method, alternation)
+        milliseconds, *theirs = (
+            1e3 * float(np.median(solve_seconds(one.solver, frames))) for one in (method, *others)
         )
         sizes = vars(method.solver.sizes) | {"model": name, "frames": len(frames)}
         metric = f"a new pose, cold, {name}"
-        yield compare("frame", metric, "ms", milliseconds, "paper", paper, converged, sizes)
+        for peer, value in zip(peer_names, theirs, strict=True):
+            yield compare("frame", metric, "ms", milliseconds, peer, value, converged, sizes)
         medians.append(milliseconds)
         all_converged &= converged
     metric = "a new pose, cold, largest of the medians"
@@ -91,37 +93,36 @@ def single_shape_rows(suite: Suite) -> Iterator[Row]:
     name = "single_shape_step"
     poses = tube(5000, 2)
     handles = poses.spread_handles(HANDLES)
-    binding = bind(poses.shapes[0], poses.triangles, handles)
     frames = along_paths(poses, handles, FRAMES)
-    alone = poses.first(1)
-    given = (alone.shapes, alone.triangles, handles, binding)
-    sizes = {"handles": HANDLES, "groups": int(binding.groups.max()) + 1}
-    times = [alternation_microseconds(given, frames, rounds) for rounds in (50, 150)]
+    rig = Rig(poses.shapes[:1], poses.triangles, handles)
+    method = make(AMRAP, rig)
+    sizes = {"handles": HANDLES, "groups": method.solver.sizes.groups}
+    times = [alternation_microseconds(rig, frames, rounds) for rounds in (50, 150)]
     step = (times[1] - times[0]) / 100
     yield Row(name, "a local and global step", "us", step, sizes=sizes)
     if "fast" in peers():
-        newton, steps = converged_microseconds(fast(given), frames)
+        newton, steps = converged_microseconds(fast(rig), frames)
         peer, rounds = converged_microseconds(
-            fast(given, local_global=1, max_rounds=100_000, tolerance=END), frames
+            fast(rig, local_global=1, max_rounds=100_000, tolerance=END), frames
         )
         metric = f"rotations and costs to {END:g} radians, {steps:g} Newton steps"
         yield compare(
             *(name, metric, "us", newton, f"{rounds:g} local and global steps", peer),
             *(True, sizes),
         )
-    method = Tug(*given)
     whole = 1e6 * float(np.median(solve_seconds(method.solver, frames, repeats=5)))
     metric = "all of a single shape's pose, cold, converged"
     converged = converges(method, frames, suite, name)
     yield Row(name, metric, "us", whole, converged=converged, sizes=sizes)
 
 
-def fast(given: tuple, **options: float) -> object:
-    """FAST on the shape that Tug would be given."""
+def fast(rig: Rig, **options: float) -> object:
+    """FAST on the shape and the weights that Tug would be given."""
     from baselines import Fast
 
-    shapes, triangles, handles, binding = given
-    return Fast(shapes, triangles, handles, binding.weights, binding.groups, **options)
+    functions = rig.functions(Dictionary.HANDLES)
+    given = (rig.shapes, rig.triangles, rig.handles, functions.weights, functions.groups)
+    return Fast(*given, **options)
 
 
 def converged_microseconds(method: object, frames: np.ndarray) -> tuple[float, float]:
@@ -131,20 +132,20 @@ def converged_microseconds(method: object, frames: np.ndarray) -> tuple[float, f
     return 1e6 * float(np.median(times)), float(np.median(steps))
 
 
-def alternation_microseconds(given: tuple, frames: np.ndarray, rounds: int) -> float:
+def alternation_microseconds(rig: Rig, frames: np.ndarray, rounds: int) -> float:
     """Median of solves of so many rounds: by FAST's alternation where it was built, else by the
     paper's form on one shape. What Python adds is the same for any number of rounds."""
     options = {"max_rounds": rounds, "tolerance": 1e-300}
     if "fast" in peers():
-        method = fast(given, local_global=1, **options)
+        method = fast(rig, local_global=1, **options)
     else:
-        method = Tug(*given, form=Form.PAPER, **options)
+        method = Tug(rig, Choice({"form": Form.PAPER, **options}))
     return converged_microseconds(method, frames)[0]
 
 
 def position_rows(suite: Suite, name: str, vertices: int) -> Iterator[Row]:
     """tug_get_positions with 7 handles and 6 shapes; NumPy's product of the same size beside it."""
-    method, frames = prepared(tube(int(suite.size * vertices), 6), 7)
+    (method,), frames = prepared(tube(int(suite.size * vertices), 6), 7, DEFAULT)
     method.solve(frames[0])
     milliseconds = 1e3 * float(np.median(position_seconds(method.solver, 50)))
     sizes = vars(method.solver.sizes)
@@ -194,7 +195,7 @@ def many_handles_rows(suite: Suite) -> Iterator[Row]:
     suite.tally.add(tally)
     yield Row(name, "a new pose, cold", "ms", milliseconds, converged=converged, sizes=sizes)
     yield Row(name, "positions", "ms", positions_ms, sizes=sizes)
-    yield Row(name, "weights, groups and model", "s", bind_seconds, sizes=sizes)
+    yield Row(name, "functions, groups and model", "s", bind_seconds, sizes=sizes)
     yield Row(name, "memory of the process at its peak", "GB", memory, sizes=sizes)
     yield Row(name, "of it, since the mesh was there", "GB", added, sizes=sizes)
 
@@ -207,7 +208,7 @@ def solve_many_handles(handle_count: int, shapes: int, sender: object) -> None:
         poses = tube(10_000, shapes)
         before = peak_gigabytes()
         start = time.perf_counter()
-        method, frames = prepared(poses, handle_count)
+        (method,), frames = prepared(poses, handle_count, DEFAULT)
         bind_seconds = time.perf_counter() - start
     except (native.TugError, MemoryError) as error:
         sender.send(f"{error} in {1e-9 * MEMORY_ALLOWED:g} GB")

@@ -24,10 +24,10 @@ KEYS = {
 ENVIRONMENT = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
 
 sys.path.insert(0, str(BENCH))
-from data import bind  # noqa: E402
 from generated import tube  # noqa: E402
-from methods import Tally, Tug  # noqa: E402
+from methods import Choice, Tally, Tug  # noqa: E402
 from quality import drag_dependence  # noqa: E402
+from rigs import Rig  # noqa: E402
 from suite import Row, compare  # noqa: E402
 
 
@@ -60,7 +60,7 @@ def evaluate(*arguments: object) -> subprocess.CompletedProcess:
 
 def test_evaluate_writes_every_measure_of_every_method_and_set(folder, tmp_path):
     out = tmp_path / "new" / "out.json"
-    methods = ("amrap", "no_rotations")
+    methods = ("steady_lbo", "minimal_skeleton_soft", "fbt", "no_rotations")
     options = ("--data", folder, "--sets", "tube-0,flat", "--methods", ",".join(methods))
     done = evaluate(*options, "--handles", 5, "--examples", 3, "--out", out)
     assert done.returncode == 0, done.stderr
@@ -98,7 +98,7 @@ def test_evaluate_takes_all_sets_and_poses_unless_told(folder, tmp_path):
         ("others", ("--sets", "text"), ("text.npz is no set of poses",)),
         (".", ("--sets", "flat,lynx"), ("no set lynx", "there are: flat, tube-0, tube-1")),
         (".", ("--sets", ","), ("--sets", "no names")),
-        (".", ("--methods", "amrap,magic"), ("no method magic", "there are: amrap, paper")),
+        (".", ("--methods", "amrap,magic"), ("no method magic", "there are: steady_handles, ")),
         (".", ("--examples", "1"), ("--examples 1", "two are the least")),
         (".", ("--examples", "many"), ("--examples", "many")),
         (".", ("--handles", "0"), ("--handles 0", "one is the least")),
@@ -119,10 +119,10 @@ def test_evaluate_says_what_is_wrong_and_writes_nothing(folder, tmp_path, data, 
 def test_history_is_seen_where_there_is_some():
     poses = tube(200, 3)
     handles = poses.spread_handles(6)
-    binding = bind(poses.shapes[0], poses.triangles, handles)
-    given = (poses.shapes, poses.triangles, handles, binding)
-    warm = functools.partial(Tug, *given, form=Form.PAPER, warm_start=1, max_rounds=5)
-    assert drag_dependence(poses, handles, functools.partial(Tug, *given), Tally()) == 0.0
+    rig = Rig(poses.shapes, poses.triangles, handles)
+    choice = Choice({"form": Form.PAPER, "warm_start": 1, "max_rounds": 5})
+    warm = functools.partial(Tug, rig, choice)
+    assert drag_dependence(poses, handles, functools.partial(Tug, rig), Tally()) == 0.0
     assert drag_dependence(poses, handles, warm, Tally()) > 1e-6
 
 

@@ -8,8 +8,16 @@ import functools
 
 import numpy as np
 import pytest
+from test_blend_optimum import tube
 
-from addon.dictionaries import BONES, Dictionary, Functions, functions_of_weights, make_functions
+from addon.dictionaries import (
+    BONES,
+    Dictionary,
+    Functions,
+    eigenfunction_count,
+    functions_of_weights,
+    make_functions,
+)
 from addon.geometry import Mesh, Rows
 from addon.solver import Form, Model, Solver, make_solver
 from sample_scenes import creature as scene
@@ -18,7 +26,7 @@ EXAMPLES = 4
 # The average of the distances from all shapes is no example, ten rounds of the closest do not come
 # to rest, and without rotations a blend of shapes may be as near to the handles.
 ROUGH = {Form.AVERAGE: 0.1, Form.CLOSEST: 0.05, Form.NO_ROTATIONS: 0.1}
-DEFAULT_GROUPS = {Dictionary.HANDLES: 2 * 8, Dictionary.EIGENFUNCTIONS: 30, Dictionary.SKELETON: 20}
+DEFAULT_GROUPS = {Dictionary.HANDLES: 2 * 8, Dictionary.EIGENFUNCTIONS: 20, Dictionary.SKELETON: 20}
 
 
 @functools.cache
@@ -71,18 +79,36 @@ def test_groups_can_be_chosen(kind):
     assert len(np.unique(groups)) <= 7
 
 
-def test_more_handles_take_more_eigenfunctions():
-    """Of one shape, so that it is the functions that let each handle move on its own."""
+@pytest.mark.parametrize(
+    ("shape_count", "handle_count", "count"),
+    [(1, 10, 15), (1, 80, 40), (4, 10, 15), (4, 80, 40)],
+)
+def test_many_handles_take_more_eigenfunctions(shape_count, handle_count, count):
+    """Of one shape it is the functions that let each handle move on its own."""
     shapes, triangles, _ = animal()
     with Mesh(shapes[0], triangles) as mesh:
-        handles = mesh.spread(80)
-    targets = shapes[0][handles] + np.random.default_rng(0).normal(0, 0.01, (80, 3))
-    with make_solver(
-        shapes[:1], triangles, handles, dictionary=Dictionary.EIGENFUNCTIONS
-    ) as solver:
-        assert solver.sizes.weights == 80
-        solver.solve(targets)
-        np.testing.assert_allclose(solver.positions()[handles], targets, atol=1e-6)
+        handles = mesh.spread(handle_count)
+    noise = np.random.default_rng(0).normal(0, 0.01, (handle_count, 3))
+    with make_solver(shapes[:shape_count], triangles, handles) as solver:
+        assert solver.sizes.weights == count
+        solver.solve(shapes[0][handles] + noise)
+        found = solver.positions()[handles]
+    np.testing.assert_allclose(found, shapes[0][handles] + noise, atol=1e-6)
+
+
+def test_few_vertices_take_fewer_eigenfunctions():
+    """More columns than vertices span nothing new."""
+    vertices, triangles = tube()
+    two = np.concatenate([triangles, triangles + len(vertices)])
+    parts = np.concatenate([vertices, vertices + [0, 0, 4]])
+    for shapes, faces, handle_count, count in (
+        (vertices[None], triangles, 3, 15),
+        (np.repeat(vertices[None], 4, axis=0), triangles, 3, 104 // 13),
+        (np.repeat(vertices[None], 4, axis=0), triangles, 12, 12),
+        (parts[None], two, 3, 16),
+    ):
+        with Mesh(shapes[0], faces) as mesh:
+            assert eigenfunction_count(mesh, shapes, handle_count) == count
 
 
 def test_an_armatures_weights_are_a_dictionary():

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from test_solver import HANDLES, LENGTH, bent, strip
 
+from addon.dictionaries import Dictionary
 from addon.native import TugError
 from addon.smoothing import Solution, average, reach
 from addon.solver import Solver, make_solver
@@ -20,7 +21,9 @@ def shapes(request) -> np.ndarray:
 
 @pytest.fixture
 def solver(shapes) -> Solver:
-    with make_solver(shapes, strip()[1], HANDLES) as solver:
+    """On the handles' functions, whose edge groups are as wide as the strip: in space smaller ones
+    would flip about the line of the handles."""
+    with make_solver(shapes, strip()[1], HANDLES, dictionary=Dictionary.HANDLES) as solver:
         yield solver
 
 

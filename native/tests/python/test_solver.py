@@ -8,6 +8,7 @@ import gc
 import numpy as np
 import pytest
 
+from addon.dictionaries import Dictionary
 from addon.native import ERROR_ARGUMENT, ERROR_BLOB, ERROR_HANDLES, ERROR_MESH, TugError
 from addon.solver import Form, Mesh, Model, Rows, Solver, make_solver, minimise_blend
 from addon.weights import cluster_triangles, compute_weights
@@ -136,7 +137,8 @@ def test_a_pose_does_not_depend_on_the_one_before(shapes, triangles):
 
 
 def test_a_free_handle_has_no_row(shapes, triangles):
-    with make_solver(shapes, triangles, HANDLES, free=[1]) as solver:
+    handles = Dictionary.HANDLES
+    with make_solver(shapes, triangles, HANDLES, dictionary=handles, free=[1]) as solver:
         assert (solver.sizes.rows, solver.sizes.weights) == (2, 3)
         targets = shapes[1, [HANDLES[0], HANDLES[2]]]
         solver.solve(targets)

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """AMRAP's three squares: dragging the right handle through the examples gives weights that are
-piecewise linear in its position (Figure 2, rows a and b)."""
+piecewise linear in its position (Figure 2, rows a and b). A property of the handles' weights: other
+functions let the square's parts move on their own."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from addon.dictionaries import Dictionary
 from addon.solver import Form, Solver, make_solver
 from sample_scenes import squares
 
@@ -18,7 +20,8 @@ def weights_along_drag(form: Form) -> tuple[np.ndarray, np.ndarray]:
     handles = list(sample.handles.values())
     stops = shapes[:, handles[-1], 0]
     steps = np.linspace(stops[0], stops[-1], 201)
-    solver: Solver = make_solver(shapes, sample.triangles(), handles, form=form, single_blend=True)
+    options = {"dictionary": Dictionary.HANDLES, "form": form, "single_blend": True}
+    solver: Solver = make_solver(shapes, sample.triangles(), handles, **options)
     targets, blends = shapes[0][handles], []
     for x in steps:
         targets[-1, 0] = x
