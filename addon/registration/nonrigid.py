@@ -9,6 +9,7 @@ and the mean positions of patches of the surface, each as firmly as its vertices
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +27,10 @@ LOOSE = 1e-6
 FIRMEST = 1e3  # and no more
 
 PATIENCE = 10  # rounds without a shorter move than before
+
+# Of all firmness, how much may have gone from patches to others before the rows are changed, which
+# takes far longer than a solve. Matches come and go all the time, but few of them.
+STALE = 0.1
 
 
 @dataclass(frozen=True)
@@ -116,8 +121,14 @@ class _Fit:
         self.looking = np.sort(shuffled[: settings.vertices])
         self.patch = _patches(body.mesh, settings.patches)
         self.rows = self._rows()
+        self.held = ExitStack()  # the solver of these rows
+        self.solver, self.firmness = None, None
 
     def run(self, positions: np.ndarray, progress: Progress | None) -> Registration:
+        with self.held:
+            return self._run(positions, progress)
+
+    def _run(self, positions: np.ndarray, progress: Progress | None) -> Registration:
         """Rounds until the pose stays where it is, or has ceased to come nearer to that: matches
         may go to and fro for ever."""
         moves: list[float] = []
@@ -176,9 +187,15 @@ class _Fit:
             held = np.full(len(self.features.places), self.settings.features)
             targets = np.concatenate([self.features.places, targets])
             firmness = np.concatenate([held, firmness])
-        with self.body.solver(self.rows, firmness) as solver:
-            solver.solve(targets)
-            return solver.positions()
+        if self.solver is None or self._stale(firmness):
+            self.held.close()
+            self.solver = self.held.enter_context(self.body.solver(self.rows, firmness))
+            self.firmness = firmness
+        self.solver.solve(targets)
+        return self.solver.positions()
+
+    def _stale(self, firmness: np.ndarray) -> bool:
+        return np.abs(firmness - self.firmness).sum() > STALE * firmness.sum()
 
     def _match(self, surface: OrientedPoints) -> tuple[np.ndarray, np.ndarray]:
         fewer = min(len(surface.points), len(self.scan.points))

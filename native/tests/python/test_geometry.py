@@ -135,3 +135,17 @@ def test_queries_of_another_dimension_are_refused():
 def test_points_that_are_not_finite_are_named():
     with pytest.raises(TugError, match="point 1 "):
         Points(np.array([[0.0, 0.0], [0.0, np.nan]]))
+
+
+def test_the_nearest_source_is_the_one_whose_distance_it_is():
+    vertices, triangles = patch(0.3)
+    apart = np.concatenate([vertices, vertices[[0, 1, SIZE]] + [0, 0, 9]])
+    with Mesh(apart, np.concatenate([triangles, [[169, 170, 171]]])) as mesh:
+        sources = [5, MIDDLE, 160, MIDDLE]  # one of them twice
+        nearest = mesh.nearest_sources(sources)
+        each = np.array([mesh.distances([source]) for source in sources])
+        least = mesh.distances(sources)
+    here = np.arange(len(vertices))
+    np.testing.assert_array_equal(nearest[here], np.argmin(each[:, here], axis=0))
+    np.testing.assert_allclose(each[nearest[here], here], least[here])
+    assert (nearest[len(vertices) :] == -1).all()

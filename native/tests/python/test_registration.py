@@ -327,3 +327,16 @@ def test_bodies_that_cannot_be_are_told(creature):
     scan = Scan.of_mesh(creature.shapes[0], creature.triangles)
     with pytest.raises(ValueError, match="only bodies in space"):
         register(flat, scan, start=flat.rest)
+
+
+def test_rows_change_less_often_than_matches(half, monkeypatch):
+    changes = []
+    solver = half.body.solver
+
+    def counted(*given):
+        changes.append(given)
+        return solver(*given)
+
+    monkeypatch.setattr(half.body, "solver", counted)
+    found = register(half.body, half.scan, half.features())
+    assert 2 <= len(changes) < 0.7 * found.rounds
