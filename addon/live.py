@@ -133,15 +133,17 @@ class Live:
             self.solver.set_firmness(pull.firmness)
             self.solver.solve(targets)
             blend, rotations = self.solver.blend(), self.solver.rotations()
-        return Solution(targets, blend, rotations, pull.firmness)
+            scale = self.solver.scale()
+        return Solution(targets, blend, rotations, pull.firmness, scale)
 
     def shown(self, solution: Solution) -> np.ndarray:
         """#V by 3 positions of a solution, in object space."""
-        positions = self.rest.copy()
+        positions, scale = self.rest.copy(), solution.scale
         with self.lock:
             self.solver.set_firmness(solution.firmness)
-            self.solver.pose(solution.targets, solution.blend, solution.rotations)
-            positions[:, self.axes] = self.solver.positions()
+            # A pose is found for the shapes as given: this is the one for larger shapes, shrunk.
+            self.solver.pose(solution.targets / scale, solution.blend, solution.rotations)
+            positions[:, self.axes] = scale * self.solver.positions()
         return positions
 
     def pose(self, pull: Pull) -> tuple[np.ndarray, SolveInfo]:

@@ -17,12 +17,14 @@ import numpy as np
 @dataclass(frozen=True)
 class Solution:
     """What a solve found for targets (#H by k): blend, #G by #S; rotations, #G by #S by k by k.
-    firmness: #H, how firmly the targets were held, where that changes from solve to solve."""
+    firmness: #H, how firmly the targets were held, where that changes from solve to solve. scale: by
+    how much the shapes are larger in the pose than given."""
 
     targets: np.ndarray
     blend: np.ndarray
     rotations: np.ndarray
     firmness: np.ndarray | None = None
+    scale: float = 1.0
 
 
 def reach(smoothing: float) -> int:
@@ -40,7 +42,8 @@ def average(window: Sequence[Solution], smoothing: float) -> Solution:
     blend = sum(w * one.blend for w, one in zip(weights, window, strict=True))
     rotations = sum(w * one.rotations for w, one in zip(weights, window, strict=True))
     blend /= blend.sum(axis=1, keepdims=True)
-    return Solution(middle.targets, blend, closest_rotations(rotations), middle.firmness)
+    scale = sum(w * one.scale for w, one in zip(weights, window, strict=True))
+    return Solution(middle.targets, blend, closest_rotations(rotations), middle.firmness, scale)
 
 
 def closest_rotations(matrices: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 import pytest
 from support import (
+    LENGTH,
     add_rig,
     animate,
     assert_close,
@@ -109,6 +110,18 @@ def test_smoothing_softens_a_jump_and_keeps_the_handles(obj, tmp_path):
     steps = [np.abs(np.diff(frames, axis=0)).mean(axis=(1, 2)) for frames in (smooth, plain)]
     assert steps[0][5] < steps[1][5]
     assert steps[0][4] > 10 * steps[1][4]  # some of it has moved to the frames before
+
+
+@pytest.mark.parametrize("form", ["AVERAGE", "MINIMAL", "CLOSEST"])
+def test_a_smooth_bake_keeps_the_size_that_was_found(obj, tmp_path, form):
+    obj.tug.form, obj.tug.follow_size = form, True
+    for handle in obj.tug.handles:
+        handle.empty.animation_data_clear()
+        handle.empty.location = 1.4 * key(obj, "Bend").points[handle.vertex].co
+    bake.bake(obj, 1, 2, tmp_path / "plain.pc2")
+    bake.bake(obj, 1, 2, tmp_path / "smooth.pc2", smoothing=1)
+    plain, smooth = (read_pc2(tmp_path / f"{name}.pc2")[1] for name in ("plain", "smooth"))
+    np.testing.assert_allclose(smooth, plain, atol=2e-6 * LENGTH)
 
 
 def test_smoothing_shows_what_is_added_on_top_of_its_own_frame(tmp_path):
