@@ -59,6 +59,12 @@ def roll(
 ) -> Iterator[tuple[str, float]]:
     """`shoot`, a frame each time it is asked for the next, with the progress that has been made.
     Closing it cancels."""
+    for obj in paths:
+        if obj.library:
+            raise RigError(
+                f'"{obj.name}" is linked from another file and cannot have a modifier that shows '
+                "its bake: make a library override of it first"
+            )
     if last < first:
         raise RigError(f"there is nothing to bake from frame {first} to {last}")
     files = {obj: _absolute(path) for obj, path in paths.items()}

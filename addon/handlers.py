@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import bpy
 from bpy.app.handlers import persistent
 
-from . import live, mesh_cache, rig
+from . import inputs, live, mesh_cache, rig
 from .inputs import RigError
 from .native import LibraryError
 
@@ -62,7 +62,7 @@ def _pose(objects: Iterable[bpy.types.Object], depsgraph: bpy.types.Depsgraph) -
     for obj in objects:
         if obj.type != "MESH" or not obj.tug.bound or obj.data in posed:
             continue
-        if obj.data.is_editmode or mesh_cache.shown(obj, depsgraph.mode):
+        if obj.data.is_editmode or inputs.is_linked(obj) or mesh_cache.shown(obj, depsgraph.mode):
             continue
         posed.add(obj.data)
         try:

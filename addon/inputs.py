@@ -53,13 +53,25 @@ def digest(*arrays: np.ndarray) -> str:
     return state.hexdigest()
 
 
+def is_linked(obj: bpy.types.Object) -> bool:
+    """Whether its shape keys are another file's: no pose can be written to them."""
+    return bool(obj.library or obj.data.library)
+
+
+def check_local(obj: bpy.types.Object) -> None:
+    """Raises RigError where an object cannot be changed."""
+    if obj.type == "MESH" and is_linked(obj):
+        raise RigError(
+            f'"{obj.name}" is linked from another file: make it and its mesh local first. As it '
+            "is, its poses can be baked"
+        )
+
+
 def check_object(obj: bpy.types.Object) -> None:
     """Raises RigError where an object cannot carry a rig at all."""
     name = f'"{obj.name}"'
     if obj.type != "MESH":
         raise RigError(f"{name} is not a mesh")
-    if obj.library or obj.data.library:
-        raise RigError(f"{name} is linked from another file: make it local first")
     if obj.data.is_editmode:
         raise RigError(f"{name} is in Edit Mode: leave it first")
     keys = obj.data.shape_keys

@@ -42,6 +42,7 @@ class BindSummary:
 def add_handle(obj: bpy.types.Object, vertex: int, name: str) -> bpy.types.Object:
     """A new empty at the vertex as it is displayed now; the next bind lets it pin the vertex."""
     inputs.check_object(obj)
+    inputs.check_local(obj)
     points = shape_keys.displayed(obj)
     if not 0 <= vertex < len(points):
         raise RigError(f'"{obj.name}" has no vertex {vertex}, only 0 to {len(points) - 1}')
@@ -75,6 +76,7 @@ def plan_bind(obj: bpy.types.Object) -> Job:
     """The first part of a bind: check and read everything, on the main thread. The second, which
     takes the time, is Job.build, on any thread; finish_bind is the last."""
     inputs.check_object(obj)
+    inputs.check_local(obj)
     handles = _alive_handles(obj)
     examples = inputs.ticked(obj)
     given = inputs.gather(obj, examples, handles, _found_again(obj, handles))
@@ -181,6 +183,7 @@ def show(obj: bpy.types.Object, pose: np.ndarray, depsgraph: bpy.types.Depsgraph
 
 
 def _write(obj: bpy.types.Object, pose: np.ndarray, pull: Pull) -> None:
+    inputs.check_local(obj)
     result = obj.data.shape_keys.key_blocks[obj.tug.result]
     shape_keys.write(obj.data, result, pose)
     # No property of its own, as setting one would have Blender evaluate the object once more.

@@ -9,7 +9,7 @@ from bpy.types import Context, Event, Object
 from ..inputs import RigError
 from . import state
 from .rig_operator import EXPECTED, RigOperator
-from .work import CancelledError, Job, Work
+from .work import Job, Work
 
 PERIOD = 0.05  # seconds between two looks at the work
 
@@ -61,8 +61,11 @@ class BackgroundOperator(RigOperator):
 
     def modal(self, context: Context, event: Event) -> set[str]:
         if event.type == "ESC":
-            self._work.cancel()
-            return {"RUNNING_MODAL"}
+            self.cancel(context)
+            job = self._work.job
+            return self._fail(
+                state.find(job.identity), f'"{job.name}" was not {self.done}: cancelled', "INFO"
+            )
         if event.type == "Z" and event.ctrl:  # undone meanwhile, there is nothing to finish
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
@@ -70,11 +73,12 @@ class BackgroundOperator(RigOperator):
         if self._work.is_alive():
             self._show_progress(context)
             return {"PASS_THROUGH"}
+        self._work.end()
         self._end(context)
         return self._finish()
 
     def cancel(self, context: Context) -> None:
-        self._work.cancel()
+        self._work.abandon()
         self._end(context)
 
     def _show_progress(self, context: Context) -> None:
@@ -86,7 +90,6 @@ class BackgroundOperator(RigOperator):
         _redraw(context)
 
     def _end(self, context: Context) -> None:
-        self._work.end()
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
         context.workspace.status_text_set(None)
@@ -101,8 +104,6 @@ class BackgroundOperator(RigOperator):
             if obj is None:
                 raise RigError(f'"{job.name}" was deleted while it was being {self.done}')
             told = self.finish(obj, job)
-        except CancelledError:
-            return self._fail(obj, f'"{job.name}" was not {self.done}: cancelled', kind="INFO")
         except EXPECTED as error:
             return self._fail(obj, error)
         return self._succeed(told)

@@ -47,6 +47,8 @@ class TUG_MT_tug(Menu):
         layout.separator()
         layout.operator("tug.bake")
         layout.operator("tug.remove_bake")
+        layout.operator("tug.fit")
+        layout.operator("tug.fit_frames")
         layout.operator("tug.store_colours")
         layout.separator()
         layout.operator("tug.open_sample")

@@ -46,7 +46,7 @@ class TUG_PT_tug(Sidebar, Panel):
         else:
             layout.label(text=obj.name, icon="MESH_DATA")
             if running := work.running(obj):
-                layout.progress(factor=running.fraction, text=running.stage.capitalize())
+                layout.progress(factor=running.fraction, text=sentence(running.stage))
                 return
             draw_state(context, layout, obj)
             draw_next(context, layout, obj)
@@ -57,15 +57,18 @@ def draw_state(context: Context, layout: UILayout, obj: Object) -> None:
     reason = state.stale(obj, context.scene) if obj.tug.bound else ""
     if not obj.tug.bound:
         count = len(obj.tug.handles)
-        say(context, layout, f"Not bound, {count} handles" if count else "No handles yet", "INFO")
+        text, icon = f"Not bound, {count} handles" if count else "No handles yet", "INFO"
     elif reason:
-        say(context, layout, reason, "ERROR")
+        text, icon = reason, "ERROR"
     elif mesh_cache.shown(obj, "VIEWPORT"):
-        say(context, layout, "Shows its bake", "RENDER_ANIMATION")
+        text, icon = "Shows its bake", "RENDER_ANIMATION"
+    elif state.local(obj):
+        text, icon = "Linked: bake it to see it move", "LIBRARY_DATA_DIRECT"
     else:
-        say(context, layout, state.pending(obj) or "Bound", "LINKED")
-        if text := state.last_solve(obj):
-            layout.label(text=text, icon="TIME")
+        text, icon = state.pending(obj) or "Bound", "LINKED"
+    say(context, layout, text, icon)
+    if text == "Bound" and (last := state.last_solve(obj)):
+        layout.label(text=last, icon="TIME")
     if others := handles.sharing(obj):
         say(context, layout, f"Shares its handles with {others[0].name}", "LIBRARY_DATA_OVERRIDE")
         layout.operator("tug.make_handles_own", icon="DUPLICATE")
@@ -206,6 +209,23 @@ class TUG_PT_bake(OnRig, Panel):
             layout.operator("tug.remove_bake", icon="X")
 
 
+class TUG_PT_fit(OnRig, Panel):
+    bl_label = "Fit"
+
+    def draw(self, context: Context) -> None:
+        layout, rig = self.layout, state.rig_of(context).tug
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.prop(rig, "fit_target")
+        layout.prop(rig, "fit_markers")
+        column = layout.column(align=True)
+        column.prop(rig, "fit_reach")
+        column.prop(rig, "fit_firmness")
+        column = layout.column(align=True)
+        column.operator("tug.fit", icon="MOD_SHRINKWRAP")
+        column.operator("tug.fit_frames", icon="RENDER_ANIMATION")
+
+
 def say(context: Context, layout: UILayout, text: str, icon: str) -> None:
     """A text on as many lines as the panel's width asks for."""
     scale = context.preferences.system.ui_scale * PIXELS_A_CHARACTER
@@ -213,6 +233,10 @@ def say(context: Context, layout: UILayout, text: str, icon: str) -> None:
     column = layout.column(align=True)
     for number, line in enumerate(textwrap.wrap(text, max(width, 16))):
         column.label(text=line, icon="BLANK1" if number else icon)
+
+
+def sentence(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 CLASSES = (
@@ -223,6 +247,7 @@ CLASSES = (
     TUG_PT_method,
     TUG_PT_colours,
     TUG_PT_bake,
+    TUG_PT_fit,
 )
 
 

@@ -12,10 +12,12 @@ from ..native import Progress
 
 # By identity of the object.
 _running: dict[int, Work] = {}
+# Cancelled, and about to end.
+_abandoned: list[Work] = []
 
 
 class CancelledError(Exception):
-    """The artist pressed Esc."""
+    """Nobody waits for the work any more."""
 
 
 class Job(Protocol):
@@ -46,14 +48,16 @@ class Work(threading.Thread):
         except Exception as error:  # raised again on the main thread
             self.problem = error
 
-    def cancel(self) -> None:
-        """It ends some tenths of a second later."""
-        self._cancelled.set()
-
     def end(self) -> None:
         """Wait for it, and forget it."""
         self.join()
         _running.pop(self.job.identity, None)
+
+    def abandon(self) -> None:
+        """Forget it now; it ends by itself when it next tells how far it is."""
+        self._cancelled.set()
+        _running.pop(self.job.identity, None)
+        _abandoned[:] = [work for work in _abandoned if work.is_alive()] + [self]
 
     def _progress(self, stage: str, fraction: float) -> None:
         self.stage, self.fraction = stage, fraction
@@ -66,6 +70,8 @@ def running(obj: Object) -> Work | None:
 
 
 def cancel_all() -> None:
+    """And wait: what they run may be taken away."""
     for work in list(_running.values()):
-        work.cancel()
-        work.end()
+        work.abandon()
+    for work in _abandoned:
+        work.join()
