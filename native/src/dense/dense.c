@@ -82,12 +82,3 @@ int symmetric_eigenpairs(double *A, int32_t n, double *values, double *work)
     dsyev_("V", "L", &n, A, &n, values, work, &room, &info);
     return info == 0;
 }
-
-double dot(const double *a, const double *b, size_t count)
-{
-    double sum = 0.0;
-    for (size_t i = 0; i < count; i++) {
-        sum += a[i] * b[i];
-    }
-    return sum;
-}

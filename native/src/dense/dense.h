@@ -63,6 +63,7 @@ void cholesky_solve_half(const double *G, int32_t n, double *B, int32_t columns)
  * work: 34 n. Returns 0 where LAPACK gives up. */
 int symmetric_eigenpairs(double *A, int32_t n, double *values, double *work);
 
+/* (thin_product.c) */
 double dot(const double *a, const double *b, size_t count);
 
 #endif

@@ -2,6 +2,7 @@
 #include "dense/extrapolation.h"
 
 #include "dense/dense.h"
+#include "dense/vector.h"
 #include "memory.h"
 
 #include <math.h>
@@ -78,18 +79,31 @@ static int find_weights(const extrapolation *e, double *weights)
     return sum > 0.0;
 }
 
+/* ahead <- sum_i weights_i end_i, four at a time. */
+DISPATCHED static void mix_ends(const extrapolation *e, const double *weights, double *ahead)
+{
+    size_t size = (size_t)e->size, j = 0;
+    for (; j + LANES <= size; j += LANES) {
+        packed sum = {0.0};
+        for (int32_t i = 0; i < e->count; i++) {
+            sum += weights[i] * *packed_at(e->end + (size_t)i * size + j);
+        }
+        *writable_packed_at(ahead + j) = sum;
+    }
+    for (; j < size; j++) {
+        ahead[j] = 0.0;
+        for (int32_t i = 0; i < e->count; i++) {
+            ahead[j] += weights[i] * e->end[(size_t)i * size + j];
+        }
+    }
+}
+
 int extrapolate(const extrapolation *e, double *ahead)
 {
     double weights[DEPTH];
     if (e->count < 2 || !find_weights(e, weights)) {
         return 0;
     }
-    size_t size = (size_t)e->size;
-    memset(ahead, 0, size * sizeof *ahead);
-    for (int32_t i = 0; i < e->count; i++) {
-        for (size_t j = 0; j < size; j++) {
-            ahead[j] += weights[i] * e->end[(size_t)i * size + j];
-        }
-    }
+    mix_ends(e, weights, ahead);
     return 1;
 }

@@ -77,6 +77,12 @@ void turn(int32_t k, const double *w, double *R)
     memcpy(R, product, (size_t)(k * k) * sizeof *R);
 }
 
+double angle_of_distance(double squares)
+{
+    double sine = sqrt(squares / 8.0);
+    return 2.0 * asin(sine < 1.0 ? sine : 1.0);
+}
+
 double angle_between(int32_t k, const double *A, const double *B)
 {
     /* |A - B|^2 = 2 k - 2 tr(A B^T): exact for small angles, where the trace is not. */
@@ -84,6 +90,5 @@ double angle_between(int32_t k, const double *A, const double *B)
     for (int32_t i = 0; i < k * k; i++) {
         squares += (A[i] - B[i]) * (A[i] - B[i]);
     }
-    double sine = sqrt(squares / 8.0);
-    return 2.0 * asin(sine < 1.0 ? sine : 1.0);
+    return angle_of_distance(squares);
 }

@@ -28,6 +28,9 @@ void turn(int32_t k, const double *w, double *R);
 /* The angle between two rotations, radians. */
 double angle_between(int32_t k, const double *A, const double *B);
 
+/* The same from |A - B|^2. */
+double angle_of_distance(double squares);
+
 /* a with tr(W M) = a . w for the skew matrix W of every w. */
 void axial_vector(int32_t k, const double *M, double *a);
 

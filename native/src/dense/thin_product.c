@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Products with two or three columns, declared in dense.h: too thin for BLAS. */
+/* Products with one, two or three columns, declared in dense.h: too thin for BLAS. */
 #include "dense/dense.h"
 #include "dense/vector.h"
 
@@ -62,4 +62,23 @@ DISPATCHED void add_thin_product_tn(int32_t l, int32_t n, int32_t k, const doubl
     } else {
         add_all_rows(l, (size_t)n, 2, A, V, T);
     }
+}
+
+DISPATCHED double dot(const double *a, const double *b, size_t count)
+{
+    packed sums[WIDEST] = {{0.0}};
+    double sum = 0.0;
+    size_t i = 0;
+    for (; i + LANES * WIDEST <= count; i += LANES * WIDEST) {
+        for (size_t v = 0; v < WIDEST; v++) {
+            sums[v] += *packed_at(a + i + LANES * v) * *packed_at(b + i + LANES * v);
+        }
+    }
+    for (; i < count; i++) {
+        sum += a[i] * b[i];
+    }
+    for (int v = 0; v < WIDEST; v++) {
+        sum += sum_of_lanes(&sums[v]);
+    }
+    return sum;
 }

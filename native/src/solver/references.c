@@ -3,11 +3,21 @@
 
 #include "dense/dense.h"
 #include "dense/rotation.h"
+#include "dense/vector.h"
 #include "memory.h"
 #include "solver/rotation_fit.h"
 
 #include <math.h>
 #include <string.h>
+
+/* tr of H_ii over the groups, shape by shape. */
+static void find_stiffness(const tug_model *model, double *stiffness)
+{
+    int32_t k = model->header.dimension, p = model->header.shapes * k;
+    for (int32_t i = 0; i < model->header.groups * p; i++) {
+        stiffness[i % p / k] += model->H[(size_t)i * (size_t)p + (size_t)(i % p)];
+    }
+}
 
 int references_create(const tug_model *model, int all, reference_room *room)
 {
@@ -20,10 +30,8 @@ int references_create(const tug_model *model, int all, reference_room *room)
     room->AW = allocate(S * slice, sizeof *room->AW);
     room->pull = allocate(S * slice, sizeof *room->pull);
     room->prior = allocate(S * slice, sizeof *room->prior);
-    room->held = allocate(slice, sizeof *room->held);
     room->blocks = allocate(slice, sizeof *room->blocks);
-    room->old = allocate(slice, sizeof *room->old);
-    room->turned = allocate(slice, sizeof *room->turned);
+    room->stiffness = allocate(S, sizeof *room->stiffness);
     room->alone = allocate(S, sizeof *room->alone);
     size_t longest = (all ? S : 1) * slice;
     room->reached = allocate(2 * longest, sizeof *room->reached);
@@ -31,9 +39,12 @@ int references_create(const tug_model *model, int all, reference_room *room)
     room->next = allocate(2 * longest, sizeof *room->next);
     room->kept = allocate(longest, sizeof *room->kept);
     int known = extrapolation_create((int32_t)(2 * longest), (int32_t)longest, &room->path);
-    return room->X && room->W && room->AW && room->pull && room->prior && room->held &&
-           room->blocks && room->old && room->turned && room->alone && room->reached &&
-           room->ahead && room->next && room->kept && known;
+    if (room->stiffness != NULL) {
+        find_stiffness(model, room->stiffness);
+    }
+    return room->X && room->W && room->AW && room->pull && room->prior && room->blocks &&
+           room->stiffness && room->alone && room->reached && room->ahead && room->next &&
+           room->kept && known;
 }
 
 void references_destroy(reference_room *room)
@@ -44,10 +55,8 @@ void references_destroy(reference_room *room)
     release(room->AW);
     release(room->pull);
     release(room->prior);
-    release(room->held);
     release(room->blocks);
-    release(room->old);
-    release(room->turned);
+    release(room->stiffness);
     release(room->alone);
     release(room->reached);
     release(room->ahead);
@@ -68,54 +77,66 @@ void take_references(const tug_model *model, const double *pull, const double *h
     }
 }
 
-/* The moments of one shape, times `scale` to have the least prior beside them. */
-static void hold_moments(const tug_model *model, double scale, int32_t s, reference_room *room)
+/* The moments of one shape, times `scale` to have the least prior beside them, as blocks. */
+PART void hold_moments(const tug_model *model, int32_t k, double scale, int32_t s,
+                       reference_room *room)
 {
-    const shape_couplings *c = &room->couplings;
-    int32_t offset = s * slice_size(c);
-    for (int32_t a = 0; a < c->k; a++) {
-        for (int32_t i = 0; i < c->size; i++) {
-            int32_t at = offset + a * c->stride + i;
-            room->held[at - offset] = scale * (room->pull[at] + room->AW[at]) +
-                                      LEAST_PRIOR * model->stiffness[i / c->k] * room->prior[at];
+    int32_t stride = room->couplings.stride, offset = s * slice_size(&room->couplings);
+    for (int32_t i = 0; i < room->couplings.size; i++) {
+        double least = LEAST_PRIOR * model->stiffness[i / k];
+        for (int32_t a = 0; a < k; a++) {
+            int32_t at = offset + a * stride + i;
+            room->blocks[i * k + a] =
+                scale * (room->pull[at] + room->AW[at]) + least * room->prior[at];
         }
     }
 }
 
-static double turn_shape(const reference_question *question, double scale, int32_t s,
-                         reference_room *room)
+/* X <- the rotations in `blocks`. Returns the largest squared distance that one has moved. */
+PART double take_rotations(const shape_couplings *c, int32_t k, const double *R, double *X)
+{
+    double largest = 0.0;
+    for (int32_t first = 0; first < c->size; first += k, R += k * k) {
+        double squares = 0.0;
+        for (int32_t i = 0; i < k * k; i++) {
+            double *x = X + i / k * c->stride + first + i % k, moved = R[i] - *x;
+            squares += moved * moved;
+            *x = R[i];
+        }
+        largest = squares > largest ? squares : largest;
+    }
+    return largest;
+}
+
+PART double turn_shape_in(const tug_model *model, int32_t k, double scale, int32_t s,
+                          reference_room *room)
 {
     const shape_couplings *c = &room->couplings;
-    int32_t k = c->k, kk = k * k;
-    double *X = room->X + s * slice_size(c), largest = 0.0;
-    hold_moments(question->model, scale, s, room);
-    gather_blocks(c, room->held, kk, room->blocks);
-    gather_rotations(c, X, kk, room->old);
-    closest_rotations(k, question->model->header.groups, room->blocks, room->turned);
-    for (int32_t g = 0; g < question->model->header.groups; g++) {
-        largest = fmax(largest, angle_between(k, room->old + g * kk, room->turned + g * kk));
-    }
-    scatter_rotations(c, room->turned, kk, X);
-    return largest;
+    hold_moments(model, k, scale, s, room);
+    closest_rotations(k, model->header.groups, room->blocks, room->blocks);
+    return take_rotations(c, k, room->blocks, room->X + s * slice_size(c));
+}
+
+static double turn_shape(const tug_model *model, double scale, int32_t s, reference_room *room)
+{
+    return angle_of_distance(room->couplings.k == 3 ? turn_shape_in(model, 3, scale, s, room)
+                                                    : turn_shape_in(model, 2, scale, s, room));
 }
 
 void turn_references(const reference_question *question, reference_set *set, reference_room *room)
 {
     set->residual = 0.0;
     for (int32_t s = set->first; s < set->first + set->count; s++) {
-        set->residual = fmax(set->residual, turn_shape(question, set->scale, s, room));
+        set->residual = fmax(set->residual, turn_shape(question->model, set->scale, s, room));
     }
 }
 
 /* tr of H_ii over the pairs of the set. */
-static double stiffness_of(const tug_model *model, const reference_set *set)
+static double stiffness_of(const reference_set *set, const reference_room *room)
 {
-    int32_t k = model->header.dimension, p = model->header.shapes * k;
     double sum = 0.0;
-    for (int32_t g = 0; g < model->header.groups; g++) {
-        for (int32_t i = set->first * k; i < (set->first + set->count) * k; i++) {
-            sum += model->H[(size_t)(g * p + i) * (size_t)p + (size_t)i];
-        }
+    for (int32_t s = set->first; s < set->first + set->count; s++) {
+        sum += room->stiffness[s];
     }
     return sum;
 }
@@ -127,9 +148,13 @@ static double distance_from_prior(const tug_model *model, const reference_set *s
     const shape_couplings *c = &room->couplings;
     double sum = 0.0;
     for (int32_t row = set->first * c->k; row < (set->first + set->count) * c->k; row++) {
-        for (int32_t i = 0; i < c->size; i++) {
-            double away = room->X[row * c->stride + i] - room->prior[row * c->stride + i];
-            sum += model->stiffness[i / c->k] * away * away;
+        const double *X = room->X + row * c->stride, *prior = room->prior + row * c->stride;
+        for (int32_t g = 0; g < model->header.groups; g++) {
+            double squares = 0.0;
+            for (int32_t i = g * c->k; i < (g + 1) * c->k; i++) {
+                squares += (X[i] - prior[i]) * (X[i] - prior[i]);
+            }
+            sum += model->stiffness[g] * squares;
         }
     }
     return sum;
@@ -141,7 +166,7 @@ void settle_references(const reference_question *question, reference_set *set, r
     size_t size = (size_t)(set->count * slice);
     double *X = room->X + offset, *W = room->W + offset, *AW = room->AW + offset;
     couple_shapes(&room->couplings, set->first, set->count, room->X, room->AW);
-    double count = set->count, h = stiffness_of(question->model, set);
+    double count = set->count, h = stiffness_of(set, room);
     double own = dot(X, AW, size) / count, pulled = dot(X, room->pull + offset, size);
     set->scale = set->start_scale;
     if (question->scaled) {

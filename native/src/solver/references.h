@@ -33,9 +33,9 @@ typedef struct reference_set {
 typedef struct reference_room {
     shape_couplings couplings;
     double *X, *W, *AW; /* stacks: the rotations; the transforms', and their moments but for Y's */
-    double *pull, *prior;  /* stacks: K F Y, and where the priors hold the rotations */
-    double *held, *blocks; /* of one shape: slice; #G by k by k */
-    double *old, *turned;  /* #G by k by k: its rotations */
+    double *pull, *prior; /* stacks: K F Y, and where the priors hold the rotations */
+    double *blocks;       /* of one shape: #G by k by k */
+    double *stiffness;    /* #S: tr(H_ii) over the groups */
     /* Of one set: W and AW where a round starts, where the rounds are heading, where it ends. */
     double *reached, *ahead, *next;
     double *kept;         /* of one set: X */

@@ -7,6 +7,9 @@
 
 #include <string.h>
 
+/* Vectors, or rows, whose sums are kept in registers: with three columns as many as there are. */
+enum { TILE = 4 };
+
 static size_t block_size(const shape_couplings *c)
 {
     return (size_t)c->size * (size_t)c->stride;
@@ -72,7 +75,7 @@ void find_couplings(const tug_model *model, const reduction *energy, shape_coupl
 PART void add_transposed_part(const shape_couplings *c, int32_t k, int width, int32_t i,
                               const double *A, const double *X, double *Y)
 {
-    packed sum[3][2] = {{{0.0}}};
+    packed sum[3][TILE] = {{{0.0}}};
     const double *row = A + i;
     for (int32_t j = 0; j < c->size; j++, row += c->stride) {
         for (int v = 0; v < width; v++) {
@@ -93,10 +96,10 @@ PART void add_transposed(const shape_couplings *c, int32_t k, const double *A, c
                          double *Y)
 {
     int32_t i = 0;
-    for (; i + 2 * LANES <= c->stride; i += 2 * LANES) {
-        add_transposed_part(c, k, 2, i, A, X, Y);
+    for (; i + TILE * LANES <= c->stride; i += TILE * LANES) {
+        add_transposed_part(c, k, TILE, i, A, X, Y);
     }
-    if (i < c->stride) {
+    for (; i < c->stride; i += LANES) {
         add_transposed_part(c, k, 1, i, A, X, Y);
     }
 }
@@ -105,7 +108,7 @@ PART void add_transposed(const shape_couplings *c, int32_t k, const double *A, c
 PART void add_straight_part(const shape_couplings *c, int32_t k, int height, int32_t i,
                             const double *A, const double *X, double *Y)
 {
-    packed sum[3][2] = {{{0.0}}};
+    packed sum[3][TILE] = {{{0.0}}};
     const double *row = A + (size_t)i * (size_t)c->stride;
     for (int32_t j = 0; j < c->stride; j += LANES) {
         for (int32_t a = 0; a < k; a++) {
@@ -126,10 +129,10 @@ PART void add_straight(const shape_couplings *c, int32_t k, const double *A, con
                        double *Y)
 {
     int32_t i = 0;
-    for (; i + 2 <= c->size; i += 2) {
-        add_straight_part(c, k, 2, i, A, X, Y);
+    for (; i + TILE <= c->size; i += TILE) {
+        add_straight_part(c, k, TILE, i, A, X, Y);
     }
-    if (i < c->size) {
+    for (; i < c->size; i++) {
         add_straight_part(c, k, 1, i, A, X, Y);
     }
 }
@@ -157,16 +160,6 @@ DISPATCHED void couple_shapes(const shape_couplings *c, int32_t first, int32_t c
         couple(c, 3, first, count, X, AX);
     } else {
         couple(c, 2, first, count, X, AX);
-    }
-}
-
-void gather_blocks(const shape_couplings *c, const double *slice, int32_t pitch, double *blocks)
-{
-    int32_t k = c->k;
-    for (int32_t i = 0; i < c->size; i++) {
-        for (int32_t a = 0; a < k; a++) {
-            blocks[i / k * pitch + i % k * k + a] = slice[a * c->stride + i];
-        }
     }
 }
 

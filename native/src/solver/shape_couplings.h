@@ -42,8 +42,6 @@ void couple_shapes(const shape_couplings *couplings, int32_t first, int32_t coun
 
 /* Between one shape's part of a stack, its slice, and k by k blocks, or rotations, of which two
  * groups' are `pitch` doubles apart. */
-void gather_blocks(const shape_couplings *couplings, const double *slice, int32_t pitch,
-                   double *blocks);
 void scatter_blocks(const shape_couplings *couplings, const double *blocks, int32_t pitch,
                     double *slice);
 void gather_rotations(const shape_couplings *couplings, const double *slice, int32_t pitch,
