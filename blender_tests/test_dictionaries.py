@@ -289,7 +289,7 @@ def test_an_old_rig_may_choose():
 def test_eigenfunctions_live_in_attributes_until_the_rig_is_unbound():
     obj = bound_with("EIGENFUNCTIONS")
     names = list(attributes(obj.data))
-    assert len([name for name in names if name.startswith(".tug_function_")]) == 15
+    assert len([name for name in names if name.startswith(".tug_function_")]) == 12  # few vertices
     assert ".tug_group" in names
     assert not group_names(obj)
     rig.unbind(obj)
@@ -307,7 +307,7 @@ def test_a_mesh_in_edit_mode_keeps_its_functions():
     np.testing.assert_array_equal(solved(obj), before)
 
 
-@pytest.mark.parametrize("name", [".tug_function_0", ".tug_function_14", ".tug_group"])
+@pytest.mark.parametrize("name", [".tug_function_0", ".tug_function_11", ".tug_group"])
 def test_functions_that_were_deleted_are_told(name):
     obj = bound_with("EIGENFUNCTIONS")
     obj.data.attributes.remove(obj.data.attributes[name])
