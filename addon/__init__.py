@@ -13,10 +13,11 @@ def register() -> None:
     """Make Tug known to Blender. The library is not needed for it."""
     import bpy
 
-    from . import handlers, properties, ui
+    from . import handlers, names, properties, ui
 
     properties.register()
     handlers.register()
+    names.register()
     ui.register()
     # As a module in Python, Blender crashes or hangs at exit over what is still registered.
     if not bpy.app.binary_path:
@@ -24,10 +25,11 @@ def register() -> None:
 
 
 def unregister() -> None:
-    from . import handlers, live, properties, ui
+    from . import handlers, live, names, properties, ui
 
     atexit.unregister(unregister)
     ui.unregister()
+    names.unregister()
     handlers.unregister()
     properties.unregister()
     live.forget_all()

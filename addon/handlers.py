@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import bpy
 from bpy.app.handlers import persistent
 
-from . import inputs, live, mesh_cache, rig
+from . import inputs, live, mesh_cache, names, rig
 from .inputs import RigError
 from .native import LibraryError
 
@@ -65,6 +65,8 @@ def _pose(objects: Iterable[bpy.types.Object], depsgraph: bpy.types.Depsgraph) -
         if obj.data.is_editmode or inputs.is_linked(obj) or mesh_cache.shown(obj, depsgraph.mode):
             continue
         posed.add(obj.data)
+        if depsgraph.mode != "RENDER":
+            names.follow(obj)
         try:
             rig.follow(obj, depsgraph)
         except (RigError, LibraryError) as error:

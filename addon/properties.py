@@ -322,6 +322,7 @@ class TUG_PG_rig(bpy.types.PropertyGroup):
     bound: BoolProperty(name="Bound", options={"HIDDEN"})
     result: StringProperty(name="Result", options={"HIDDEN"})
     examples: StringProperty(name="Examples", description="JSON list", options={"HIDDEN"})
+    key_names: StringProperty(description="JSON list, of all keys in order", options={"HIDDEN"})
     vertex_count: IntProperty(options={"HIDDEN"})
     topology: StringProperty(options={"HIDDEN"})
     # Which dictionary was chosen, empty for the default, and which the rig was bound with, empty

@@ -321,6 +321,7 @@ def _keep_state(obj: bpy.types.Object, job: Job) -> None:
     rig = obj.tug
     rig.bound = True
     rig.examples = json.dumps(job.examples)
+    rig.key_names = json.dumps(obj.data.shape_keys.key_blocks.keys())
     rig.vertex_count = len(obj.data.vertices)
     rig.topology = job.given.topology
     tie(obj)
