@@ -17,8 +17,8 @@ import numpy as np
 @dataclass(frozen=True)
 class Solution:
     """What a solve found for targets (#H by k): blend, #G by #S; rotations, #G by #S by k by k.
-    firmness: #H, how firmly the targets were held, where that changes from solve to solve. scale: by
-    how much the shapes are larger in the pose than given."""
+    firmness: #H, how firmly the targets were held, where that changes from solve to solve. scale:
+    by how much the shapes are larger in the pose than given."""
 
     targets: np.ndarray
     blend: np.ndarray

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from support import add_rig, add_tube, bound_rig, evaluated, state, tube
 
+import addon
 from addon import sample
-from addon.ui import menus
+from addon.properties import TUG_PG_handle, TUG_PG_rig
+from addon.ui import menus, panel
 from addon.ui import state as ui_state
 
 
@@ -47,6 +49,20 @@ def test_every_operator_is_in_the_menu_where_the_search_looks():
     source = Path(menus.__file__).read_text()
     missing = [name for name in operators() if f'"tug.{name}"' not in source]
     assert missing == ["tick_example"]  # stands for a box in a list
+
+
+def test_every_button_is_in_the_reference():
+    text = (Path(addon.__file__).parent.parent / "docs" / "reference.md").read_text()
+    labels = [getattr(bpy.ops.tug, name).get_rna_type().name for name in operators()]
+    drawn = Path(panel.__file__).read_text()
+    properties = [
+        prop.name
+        for group in (TUG_PG_rig, TUG_PG_handle)
+        for prop in group.bl_rna.properties
+        if not prop.is_hidden and f'"{prop.identifier}"' in drawn
+    ]
+    assert len(properties) > 15
+    assert [name for name in labels + properties if name not in text] == []
 
 
 def test_every_operator_on_a_mesh_asks_for_one():

@@ -198,6 +198,16 @@ def test_handles_are_added_by_clicks(ui: Window) -> Iterator[None]:
     assert len(bpy.data.objects["Creature"].tug.handles) == count + 1
 
 
+def test_a_new_name_of_a_shape_key_is_taken_over_at_once(ui: Window) -> Iterator[None]:
+    obj = add_tube(12)
+    with ui.context():
+        bpy.ops.tug.set_up(count=3)
+    yield
+    obj.data.shape_keys.key_blocks["Long"].name = "Longer"
+    yield
+    assert obj.tug.examples == '["Basis", "Longer"]'
+
+
 def test_the_sample_is_opened_bound_and_pulled(ui: Window) -> Iterator[None]:
     yield from show_panel(ui)
     with ui.context():
