@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from .creature_body import painted, sculpture, skeleton, skin_weights
@@ -145,15 +147,15 @@ POSES = {
 }
 
 
-def examples(rest: np.ndarray, quads: np.ndarray) -> dict[str, np.ndarray]:
-    """Every example shape, the rest pose first; what would sink into the ground is pressed flat."""
+def posed(rest: np.ndarray, quads: np.ndarray, poses: Mapping[str, Pose]) -> dict[str, np.ndarray]:
+    """The shape of each pose; what would sink into the ground is pressed flat."""
     edges = edges_of(quads)
     skin = Skin(skeleton(), rest, edges, skin_weights(rest, edges))
-    shapes = {BASIS: rest}
-    for name, pose in POSES.items():
-        posed = skin.posed(pose)
-        posed[:, 2] = -smooth_min(-posed[:, 2], np.zeros(len(posed)), 0.03)
-        shapes[name] = posed
+    shapes = {}
+    for name, pose in poses.items():
+        shape = skin.posed(pose)
+        shape[:, 2] = -smooth_min(-shape[:, 2], np.zeros(len(shape)), 0.03)
+        shapes[name] = shape
     return shapes
 
 
@@ -163,7 +165,7 @@ def sample() -> Sample:
     return Sample(
         name="creature",
         faces=quads.tolist(),
-        shapes=examples(rest, quads),
+        shapes={BASIS: rest} | posed(rest, quads, POSES),
         handles={
             "Head": nearest_vertex(rest, (0, -1.29, 1.09)),
             "Crown": nearest_vertex(rest, (0, -0.70, 1.50)),

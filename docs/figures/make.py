@@ -18,6 +18,7 @@ HERE = Path(__file__).resolve().parent
 FIGURES = (
     *(f"amrap_{number}" for number in (1, 2, 4, 5, 6, 7, 8)),
     "forms",
+    "fbt_7",
 )
 DIGITS = 4
 

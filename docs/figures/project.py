@@ -8,6 +8,16 @@ CHECKOUT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(CHECKOUT), str(CHECKOUT / "native" / "bench")]
 
 from baselines import METHODS  # noqa: E402
+from completion import (  # noqa: E402
+    DISTANCES,
+    ON_BONES,
+    OURS,
+    PEER,
+    Experiment,
+    Outcome,
+    bodies,
+    fit,
+)
 from continuity import farthest  # noqa: E402
 from library import (  # noqa: E402
     Dictionary,
@@ -24,18 +34,26 @@ from sample_scenes import chameleon, creature, snake, squares  # noqa: E402
 from sample_scenes.sample import Sample  # noqa: E402
 
 __all__ = [
+    "DISTANCES",
     "METHODS",
     "Dictionary",
+    "Experiment",
+    "ON_BONES",
+    "OURS",
+    "PEER",
     "Form",
     "Functions",
     "Mesh",
     "Model",
+    "Outcome",
     "Rows",
     "Sample",
     "Solver",
+    "bodies",
     "chameleon",
     "creature",
     "farthest",
+    "fit",
     "make_functions",
     "snake",
     "squares",

@@ -25,6 +25,7 @@ from data import MissingDataError, default_folder  # noqa: E402
 from library import CHECKOUT, native  # noqa: E402
 from rows_blend import blend_rows  # noqa: E402
 from rows_blender import BLENDER_ROWS, blender_rows  # noqa: E402
+from rows_completion import completion_rows  # noqa: E402
 from rows_dictionaries import dictionary_rows  # noqa: E402
 from rows_eigenfunctions import eigenfunction_rows  # noqa: E402
 from rows_pose import certificate_rows, leave_one_out_rows, pose_rows  # noqa: E402
@@ -64,6 +65,7 @@ PARTS = (
     (("history", "continuity", "unconverged", "recognition"), pose_rows),
     (("leave_one_out",), lambda suite, wanted: leave_one_out_rows(suite)),
     (("dictionaries",), lambda suite, wanted: dictionary_rows(suite)),
+    (("completion",), lambda suite, wanted: completion_rows(suite)),
     (("certificate",), lambda suite, wanted: certificate_rows(suite)),
 )
 NAMES = list(dict.fromkeys(name for names, _ in PARTS for name in names))

@@ -10,6 +10,10 @@ sys.path.insert(0, str(CHECKOUT))
 from addon import native  # noqa: E402
 from addon.dictionaries import Dictionary, Functions, make_functions  # noqa: E402
 from addon.geometry import Mesh, Points, Rows  # noqa: E402
+from addon.registration.body import Body  # noqa: E402
+from addon.registration.features import Features  # noqa: E402
+from addon.registration.nonrigid import Registration, Settings, register  # noqa: E402
+from addon.registration.scan import Scan  # noqa: E402
 from addon.solver import (  # noqa: E402
     Form,
     Model,
@@ -28,15 +32,20 @@ from addon.weights import (  # noqa: E402
 
 __all__ = [
     "CHECKOUT",
+    "Body",
     "Dictionary",
     "EigenfunctionsInfo",
+    "Features",
     "Form",
     "Functions",
     "Mesh",
     "Model",
     "Points",
+    "Registration",
     "RowStart",
     "Rows",
+    "Scan",
+    "Settings",
     "SolveInfo",
     "Solver",
     "WeightsInfo",
@@ -47,4 +56,5 @@ __all__ = [
     "make_functions",
     "minimise_blend",
     "native",
+    "register",
 ]

@@ -168,6 +168,32 @@ def test_report_has_exponents_and_every_method_on_every_set(tmp_path):
     assert "| hand | 0.02 | **0.01** | 0.04 |" in text
 
 
+def test_report_has_the_curves_of_every_method_at_some_distances(tmp_path):
+    bench, report = tmp_path / "bench.json", tmp_path / "report.md"
+    distances = np.linspace(0.0, 0.1, 41)
+    sizes = {
+        "collection": "tubes",
+        "method": "8 examples",
+        "experiments": 50,
+        "start": 0.04,
+        "seconds": 0.5,
+        "distances": distances.tolist(),
+        "completed": np.sqrt(distances).tolist(),
+        "registered": (2 * distances).tolist(),
+    }
+    gain = "completed: least rise from fewer to more examples"
+    rows = [
+        Row("completion", "mean distance from the truth", "roots of the area", 0.01, sizes=sizes),
+        Row("completion", gain, "of the curve's mean", -0.02),
+    ]
+    bench.write_text(json.dumps([asdict(row) for row in rows]))
+    assert run("report.py", str(bench), "--out", str(report)).returncode == 0
+    text = report.read_text()
+    curves = "10.0 | 14.1 | 22.4 | 2.0 | 4.0 | 10.0"
+    assert f"| tubes | 50 | 8 examples | 0.01 | {curves} | 0.04 | 0.5 |" in text
+    assert f"| `completion` | {gain} | -0.02 of the curve's mean | >= 0 | **no** |" in text
+
+
 def run(script: str, *arguments: str, **environment: str) -> subprocess.CompletedProcess:
     command = [sys.executable, str(BENCH / script), *arguments]
     given = {**ENVIRONMENT, **environment}

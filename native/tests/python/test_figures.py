@@ -23,6 +23,7 @@ import amrap_6  # noqa: E402
 import amrap_7  # noqa: E402
 import amrap_8  # noqa: E402
 import baselines  # noqa: E402
+import fbt_7  # noqa: E402
 import forms  # noqa: E402
 import make  # noqa: E402
 
@@ -145,6 +146,15 @@ def test_the_steady_form_does_not_jump_where_the_papers_does():
     assert table["steady"]["unconverged"] == 0
     assert table["paper"]["movement_jump"] > 0.02
     assert table["paper"]["unconverged"] > 0
+
+
+def test_more_examples_complete_and_register_the_fox_better_than_one_or_than_der():
+    methods = fbt_7.numbers(fbt_7.measure(experiments=3))["methods"]
+    all_, one, der = (methods[name] for name in ("8 examples", "1 example", fbt_7.PEER))
+    for curve in fbt_7.TITLES:
+        assert np.mean(all_[curve]) > np.mean(one[curve]) + 0.02
+        assert np.mean(all_[curve]) > np.mean(der[curve]) + 0.02
+    assert all_["error"] < 0.8 * min(one["error"], der["error"])
 
 
 @pytest.mark.parametrize("name", make.FIGURES)
