@@ -51,7 +51,7 @@ def make_followed_functions(
 
 
 def find_floating(mesh: Mesh, weights: np.ndarray, handles: Sequence[int]) -> int:
-    """A vertex of a part that no handle holds, or -1.
+    """The first vertex of a part that no handle holds, or -1.
 
     Parts float where some combination of the weights is zero on all parts with a handle and
     constant on each of the others: it moves those at no cost.
@@ -67,4 +67,5 @@ def find_floating(mesh: Mesh, weights: np.ndarray, handles: Sequence[int]) -> in
     squares, combinations = np.linalg.eigh(rest.T @ rest)
     if squares[0] > FLOATING:
         return -1
-    return int(np.abs(functions @ combinations[:, 0]).argmax())
+    moved = np.abs(functions @ combinations[:, 0]).argmax()
+    return int(np.flatnonzero(component == component[moved])[0])
