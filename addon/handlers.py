@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Keeps the rigs posed: while something moves their handles, and while frames change."""
+"""Keeps the rigs posed: while something moves their handles, and while frames change.
+
+While a window renders, frames change on a thread of the render's, which writes to the same meshes
+that the viewport shows. Then nothing is posed for the viewport; when it is over, it is again.
+"""
 
 from __future__ import annotations
 
@@ -19,11 +23,30 @@ EDITING = {"EDIT", "SCULPT", "WEIGHT_PAINT", "VERTEX_PAINT"}
 # What went wrong with a rig when it was last posed, by session_uid. Each text is printed once.
 _problems: dict[int, str] = {}
 _paused = False
+_rendering = False
 
 
 def problem(obj: bpy.types.Object) -> str:
     """Why the object was not posed when it last should have been, or an empty string."""
     return _problems.get(obj.session_uid, "")
+
+
+def render_risk(scene: bpy.types.Scene) -> str:
+    """What an artist should know before an animation with live rigs is rendered in a window, or an
+    empty string."""
+    if bpy.app.background or scene.render.use_lock_interface:
+        return ""
+    live_rigs = [
+        obj.name
+        for obj in scene.objects
+        if obj.type == "MESH" and obj.tug.bound and not mesh_cache.shown(obj, "RENDER")
+    ]
+    if not live_rigs:
+        return ""
+    return (
+        f"{', '.join(live_rigs)} would be posed while rendering: bake first, or turn on Lock "
+        "Interface to keep the window from drawing meanwhile"
+    )
 
 
 @contextmanager
@@ -40,8 +63,8 @@ def paused() -> Iterator[None]:
 @persistent
 def _pose_all(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """A frame came. What is rendered is posed in any case."""
-    rendering = depsgraph.mode == "RENDER"
-    _pose((obj for obj in scene.objects if rendering or obj.tug.live), depsgraph)
+    rendered = depsgraph.mode == "RENDER"
+    _pose((obj for obj in scene.objects if rendered or obj.tug.live), depsgraph)
 
 
 @persistent
@@ -56,7 +79,7 @@ def _pose_updated(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> No
 
 
 def _pose(objects: Iterable[bpy.types.Object], depsgraph: bpy.types.Depsgraph) -> None:
-    if _paused:
+    if _paused or (_rendering and depsgraph.mode == "VIEWPORT"):
         return
     posed = set()  # a linked duplicate shows the pose of the object that comes first
     for obj in objects:
@@ -92,7 +115,35 @@ def _touch_all(*_: object) -> None:
 
 
 @persistent
+def _start_render(scene: bpy.types.Scene, *_: object) -> None:
+    global _rendering
+    _rendering = True
+    if text := render_risk(scene):
+        print(f"Tug: {text}")
+
+
+@persistent
+def _end_render(*_: object) -> None:
+    """Called on the render's thread: the rest is for the main one."""
+    if bpy.app.background:
+        _show_viewport_again()
+    else:
+        bpy.app.timers.register(_show_viewport_again)
+
+
+def _show_viewport_again() -> None:
+    """The meshes have the pose of the last frame that was rendered."""
+    global _rendering
+    _rendering = False
+    for obj in bpy.data.objects:
+        if obj.type == "MESH" and obj.tug.bound:
+            obj.update_tag()
+
+
+@persistent
 def _forget_all(*_: object) -> None:
+    global _rendering
+    _rendering = False  # no render outlives its file
     live.forget_all()
     _problems.clear()
 
@@ -103,6 +154,9 @@ HANDLERS = (
     ("undo_post", _touch_all),
     ("redo_post", _touch_all),
     ("load_post", _forget_all),
+    ("render_init", _start_render),
+    ("render_complete", _end_render),
+    ("render_cancel", _end_render),
 )
 
 

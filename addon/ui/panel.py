@@ -8,7 +8,7 @@ import textwrap
 import bpy
 from bpy.types import Context, Object, Panel, UILayout
 
-from .. import handles, mesh_cache
+from .. import handlers, handles, mesh_cache
 from . import state, work
 
 PIXELS_A_CHARACTER = 7  # at a scale of one
@@ -207,6 +207,9 @@ class TUG_PT_bake(OnRig, Panel):
         if modifier is not None:
             layout.prop(modifier, "show_viewport", text="Show Bake")
             layout.operator("tug.remove_bake", icon="X")
+        if text := handlers.render_risk(context.scene):
+            say(context, layout, text, "INFO")
+            layout.prop(context.scene.render, "use_lock_interface")
 
 
 class TUG_PT_fit(OnRig, Panel):
