@@ -34,7 +34,7 @@ from console import Console  # noqa: E402
 from window import Window  # noqa: E402
 
 Test = Callable[[Window], Iterator[float | None]]
-SECONDS_ALLOWED = 120.0  # for a test; noticed between its steps only
+SECONDS_ALLOWED = 120.0  # for a test without `seconds`; noticed between its steps only
 EMPTY_ROUNDS = 1  # of the timer after each step, for handlers to run before a test looks
 
 
@@ -99,8 +99,8 @@ class Session:
             try:
                 bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
                 yield 0.1
-                ui = Window(self.report.path.parent)
-                yield from limited(test(ui))
+                ui = Window(self.report.path.parent, self.console)
+                yield from limited(test(ui), getattr(test, "seconds", SECONDS_ALLOWED))
                 self.console.check()
             except BaseException:  # a timer would print it and stop
                 self.report.fail(traceback.format_exc())
@@ -113,11 +113,11 @@ class Session:
         os._exit(self.report.failed)
 
 
-def limited(steps: Iterator[float | None]) -> Iterator[float | None]:
+def limited(steps: Iterator[float | None], seconds: float) -> Iterator[float | None]:
     start = time.monotonic()
     for wait in steps:
-        if time.monotonic() - start > SECONDS_ALLOWED:
-            raise TimeoutError(f"not done after {SECONDS_ALLOWED:.0f} s")
+        if time.monotonic() - start > seconds:
+            raise TimeoutError(f"not done after {seconds:.0f} s")
         yield wait
 
 

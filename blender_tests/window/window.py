@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import bpy
+from console import Console
 
 # Shades of a picture that shows a window; one of a failed grab has one or two.
 FEWEST_COLOURS = 50
@@ -24,8 +25,8 @@ class Window:
     Nothing of Blender's is kept from one call to the next: loading a file and undo replace it.
     """
 
-    def __init__(self, pictures: Path) -> None:
-        self.pictures = pictures
+    def __init__(self, pictures: Path, console: Console) -> None:
+        self.pictures, self.console = pictures, console
         self.pointer = (self.window.width // 2, self.window.height // 2)
         self.modifiers: dict[str, bool] = {}
 
