@@ -7,6 +7,7 @@ bottom left. An event is handled once the test yields.
 
 from __future__ import annotations
 
+import itertools
 import subprocess
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -17,6 +18,9 @@ from console import Console
 
 # Shades of a picture that shows a window; one of a failed grab has one or two.
 FEWEST_COLOURS = 50
+STEP = 8  # pixels, less than a button is high
+FONT = "/usr/share/fonts/truetype/dejavu/DejaVuSans-Bold.ttf"
+TAB = 10  # pixels from the right edge of the sidebar to the middle of its tabs
 
 
 class Window:
@@ -157,8 +161,50 @@ class Window:
         with self.context():
             bpy.ops.ed.undo_push(message="Scene built")
 
-    def picture(self, name: str) -> Path:
-        """Save what the display shows as NAME.png.
+    def point_at_view(self) -> None:
+        """At the middle of the viewport."""
+        region = self.region
+        self.move(region.x + region.width // 2, region.y + region.height // 2)
+
+    def side(self, kind: str) -> bpy.types.Region:
+        """A region at the side of the viewport: UI is the sidebar, TOOLS the toolbar."""
+        return next(region for region in self.area.regions if region.type == kind)
+
+    def open_tab(self, name: str) -> Iterator[float]:
+        """Click on a tab of the sidebar, which must be open."""
+        region = self.side("UI")
+        for y in range(region.y + region.height - STEP, region.y, -STEP):
+            self.move(region.x + region.width - TAB, y)
+            yield 0.05
+            self.tap("LEFTMOUSE")
+            yield 0.05
+            if self.side("UI").active_panel_category == name:
+                return
+        raise AssertionError(f"there is no tab {name}")
+
+    def find_button(self, call: str, kind: str = "UI") -> Iterator[float]:
+        """Put the pointer on the button whose operator, as Python, starts with `call`.
+
+        Blender tells of no button where it is, but Ctrl C over one copies what it does.
+        """
+        region, clipboard = self.side(kind), bpy.context.window_manager
+        for y in range(region.y + region.height - STEP, region.y, -STEP):
+            clipboard.clipboard = ""
+            self.move(region.x + (region.width - TAB) // 2, y)
+            yield 0.05
+            self.tap("C", ctrl=True)
+            yield 0.05
+            if clipboard.clipboard.startswith(call):
+                self.move(self.pointer[0], y - STEP)
+                yield 0.05
+                return
+        raise AssertionError(f"there is no button for {call}")
+
+    def find_tool(self, name: str) -> Iterator[float]:
+        yield from self.find_button(f'bpy.ops.wm.tool_set_by_id(name="{name}"', "TOOLS")
+
+    def picture(self, name: str, ring: bool = False) -> Path:
+        """Save what the display shows as NAME.png, with a ring around the pointer where asked.
 
         Blender's own screenshot is black under recent Mesa, without an error.
         """
@@ -170,4 +216,25 @@ class Window:
             ).stdout
         )
         assert colours >= FEWEST_COLOURS, f"{path} has {colours} colours"
+        if ring:
+            x, y = self.pointer[0], self.window.height - 1 - self.pointer[1]
+            draw = ["-fill", "none", "-stroke", "#ff5555", "-strokewidth", "4"]
+            draw += ["-draw", f"circle {x},{y} {x + 20},{y}"]
+            subprocess.run(["mogrify", *draw, str(path)], check=True, timeout=60)
+        return path
+
+    def strip(self, name: str, pictures: Sequence[Path], columns: int) -> Path:
+        """Some pictures, numbered, in rows of one."""
+        label = ["-gravity", "northwest", "-pointsize", "60", "-font", FONT]
+        label += ["-fill", "white", "-undercolor", "#ff5555", "-annotate", "+0+0"]
+        tiles = [
+            ["(", str(picture), *label, f" {number} ", "-resize", "62.5%", ")"]
+            for number, picture in enumerate(pictures, start=1)
+        ]
+        rows = []
+        for first in range(0, len(tiles), columns):
+            rows += ["(", *itertools.chain(*tiles[first : first + columns]), "+append", ")"]
+        path = self.pictures / f"{name}.png"
+        finish = ["-append", "-colors", "128", str(path)]
+        subprocess.run(["convert", *rows, *finish], check=True, timeout=120)
         return path
