@@ -135,17 +135,24 @@ def _show_viewport_again() -> None:
     """The meshes have the pose of the last frame that was rendered."""
     global _rendering
     _rendering = False
-    for obj in bpy.data.objects:
-        if obj.type == "MESH" and obj.tug.bound:
-            obj.update_tag()
+    _look_at_all()
 
 
 @persistent
-def _forget_all(*_: object) -> None:
+def _start_anew(*_: object) -> None:
+    """A file was opened. What is animated is put where its curves have it after this call, which
+    may be elsewhere than when the file was saved; Blender tells of no update then."""
     global _rendering
     _rendering = False  # no render outlives its file
     live.forget_all()
     _problems.clear()
+    bpy.app.timers.register(_look_at_all)
+
+
+def _look_at_all() -> None:
+    for obj in bpy.data.objects:
+        if obj.type == "MESH" and obj.tug.bound:
+            obj.update_tag()
 
 
 HANDLERS = (
@@ -153,7 +160,7 @@ HANDLERS = (
     ("depsgraph_update_post", _pose_updated),
     ("undo_post", _touch_all),
     ("redo_post", _touch_all),
-    ("load_post", _forget_all),
+    ("load_post", _start_anew),
     ("render_init", _start_render),
     ("render_complete", _end_render),
     ("render_cancel", _end_render),
@@ -168,3 +175,6 @@ def register() -> None:
 def unregister() -> None:
     for name, function in HANDLERS:
         getattr(bpy.app.handlers, name).remove(function)
+    for function in (_look_at_all, _show_viewport_again):
+        if bpy.app.timers.is_registered(function):
+            bpy.app.timers.unregister(function)

@@ -112,12 +112,7 @@ def test_a_file_that_is_saved_comes_back_as_it_was(ui: Window) -> Iterator[None]
     ui.tap("RET")
     yield
     before = shown(NAME)
-    with tempfile.TemporaryDirectory() as folder:
-        file = str(Path(folder, "creature.blend"))
-        bpy.ops.wm.save_as_mainfile(filepath=file)
-        yield
-        bpy.ops.wm.open_mainfile(filepath=file)
-        yield 0.2
+    yield from save_and_open()
     np.testing.assert_array_equal(shown(NAME), before)
     np.testing.assert_array_equal(key_of(NAME), pose_asked(NAME))
     yield from ui.grab("Head", 30, 0)
@@ -125,6 +120,29 @@ def test_a_file_that_is_saved_comes_back_as_it_was(ui: Window) -> Iterator[None]
     yield
     assert np.abs(shown(NAME) - before).max() > 0.05
     np.testing.assert_array_equal(key_of(NAME), pose_asked(NAME))
+
+
+def test_what_was_not_keyed_is_gone_from_handles_and_mesh_alike(ui: Window) -> Iterator[None]:
+    """A handle that was pulled but not keyed is back on its curve when the file is opened."""
+    add_moving_creature()
+    yield from ui.frame_all()
+    keyed = shown(NAME)
+    yield from ui.grab("Head", -60, 40)
+    ui.tap("RET")
+    yield
+    assert np.abs(shown(NAME) - keyed).max() > 0.1
+    yield from save_and_open()
+    np.testing.assert_allclose(shown(NAME), keyed, atol=SAME * diagonal(NAME))
+    np.testing.assert_array_equal(key_of(NAME), pose_asked(NAME))
+
+
+def save_and_open() -> Iterator[float]:
+    with tempfile.TemporaryDirectory() as folder:
+        file = str(Path(folder, "creature.blend"))
+        bpy.ops.wm.save_as_mainfile(filepath=file)
+        yield 0.1
+        bpy.ops.wm.open_mainfile(filepath=file)
+        yield 0.3
 
 
 def bind(ui: Window) -> Iterator[None]:
