@@ -7,10 +7,14 @@ Importing this package needs no Blender, so that `solver` serves plain Python; `
 from __future__ import annotations
 
 import atexit
+from collections.abc import Sequence
+
+_command: object = None  # what undoes the registration of `blender --command tug`
 
 
 def register() -> None:
     """Make Tug known to Blender. The library is not needed for it."""
+    global _command
     import bpy
 
     from . import handlers, names, properties, ui
@@ -19,17 +23,27 @@ def register() -> None:
     handlers.register()
     names.register()
     ui.register()
+    _command = bpy.utils.register_cli_command("tug", _run)
     # As a module in Python, Blender crashes or hangs at exit over what is still registered.
     if not bpy.app.binary_path:
         atexit.register(unregister)
 
 
 def unregister() -> None:
+    import bpy
+
     from . import handlers, live, names, properties, ui
 
     atexit.unregister(unregister)
+    bpy.utils.unregister_cli_command(_command)
     ui.unregister()
     names.unregister()
     handlers.unregister()
     properties.unregister()
     live.forget_all()
+
+
+def _run(arguments: Sequence[str]) -> int:
+    from . import cli
+
+    return cli.command(arguments)

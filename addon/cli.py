@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line of `bake.py`."""
+"""The command lines: of `bake.py`, and `blender --command tug bake` or `fit`."""
 
 from __future__ import annotations
 
@@ -7,14 +7,17 @@ import argparse
 import re
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import bpy
 
-from . import bake, terminal
+from . import bake, targets, terminal
+from .fit import fit_frames
 from .inputs import RigError
-from .native import LibraryError
+from .native import LibraryError, Progress
+from .targets import Place, Target
 
 FAILED = 1
 CANCELLED = 130  # as shells say of a program that Ctrl-C ended
@@ -40,11 +43,25 @@ def parse_frames(text: str) -> list[int]:
 
 def main() -> int:
     """Bake as sys.argv says; the exit code."""
-    options = _parser().parse_args(_arguments())
+    parser = argparse.ArgumentParser(prog="bake.py", description="Bake the poses of Tug's rigs.")
+    _add_bake(parser)
+    return _run(parser.parse_args(_arguments()))
+
+
+def command(arguments: Sequence[str]) -> int:
+    """What comes after `blender --command tug`; the exit code."""
+    parser = argparse.ArgumentParser(prog="tug")
+    verbs = parser.add_subparsers(required=True, metavar="bake|fit")
+    _add_bake(verbs.add_parser("bake", help="bake the poses of rigs"))
+    _add_fit(verbs.add_parser("fit", help="fit a rig to a target at every frame"))
+    return _run(parser.parse_args(arguments))
+
+
+def _run(options: argparse.Namespace) -> int:
     try:
         with terminal.cancelling() as check:
             _open(options.scene)
-            _bake(options, check)
+            options.act(options, check)
     except KeyboardInterrupt:
         print("cancelled: nothing was written", file=sys.stderr)
         return CANCELLED
@@ -61,13 +78,19 @@ def _arguments() -> list[str]:
     return [] if bpy.app.binary_path else sys.argv[1:]
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="bake.py", description="Bake the poses of Tug's rigs.")
+def _add_common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", nargs="?", type=Path, help=".blend file, if not the open one")
     parser.add_argument("--frames", type=_frames, help="as 1-48; default: the scene's range")
     parser.add_argument(
         "--output", required=True, type=Path, help="a .pc2 file for one rig, or a folder"
     )
+    parser.add_argument(
+        "--save", action="store_true", help="save the scene, in which modifiers now show the files"
+    )
+
+
+def _add_bake(parser: argparse.ArgumentParser) -> None:
+    _add_common(parser)
     parser.add_argument(
         "--object", action="append", help="name of a rig, again for more; default: all of the scene"
     )
@@ -77,10 +100,16 @@ def _parser() -> argparse.ArgumentParser:
         default=0.0,
         help="frames over which blends and rotations are averaged (standard deviation); default: 0",
     )
+    parser.set_defaults(act=_bake)
+
+
+def _add_fit(parser: argparse.ArgumentParser) -> None:
+    _add_common(parser)
+    parser.add_argument("--object", help="name of a rig; default: the only one of the scene")
     parser.add_argument(
-        "--save", action="store_true", help="save the scene, in which modifiers now show the bake"
+        "--target", help="name of an object or a collection; default: what was chosen for the rig"
     )
-    return parser
+    parser.set_defaults(act=_fit)
 
 
 def _frames(text: str) -> list[int]:
@@ -100,13 +129,53 @@ def _open(path: Path | None) -> None:
 
 
 def _bake(options: argparse.Namespace, check_cancelled: Callable[[], None]) -> None:
+    first, last = _range(options)
+    paths = _paths(_rigs(options.object), options.output)
+    with _timed("bake", "baked", options, last + 1 - first, check_cancelled) as (progress, files):
+        files += bake.bake_rigs(paths, first, last, progress, smoothing=options.smoothing)
+
+
+def _fit(options: argparse.Namespace, check_cancelled: Callable[[], None]) -> None:
+    first, last = _range(options)
+    rigs = _rigs(options.object and [options.object])
+    if len(rigs) > 1:
+        raise RigError(f"there are {len(rigs)} rigs: name the one to fit with --object")
+    target, pairs = _target(rigs[0], options.target)
+    path = _paths(rigs, options.output)[rigs[0]]
+    with _timed("fit", "fitted", options, last + 1 - first, check_cancelled) as (progress, files):
+        files.append(fit_frames(rigs[0], target, first, last, path, pairs, progress=progress))
+
+
+def _target(obj: bpy.types.Object, name: str | None) -> tuple[Target, dict[str, Place] | None]:
+    if name is None:
+        if (target := targets.chosen(obj)) is None:
+            raise RigError(f'no target was chosen for "{obj.name}": name one with --target')
+        return target, targets.chosen_pairs(obj)
+    target = bpy.data.objects.get(name) or bpy.data.collections.get(name)
+    if target is None:
+        raise RigError(f'there is no object or collection "{name}"')
+    return target, None
+
+
+def _range(options: argparse.Namespace) -> tuple[int, int]:
     scene = bpy.context.scene
     frames = options.frames or list(range(scene.frame_start, scene.frame_end + 1))
     first, last = frames[0], frames[-1]
     if len(frames) != last - first + 1:
         raise RigError(f"a PC2 file has no gaps: bake all frames from {first} to {last}")
-    paths = _paths(_rigs(options.object), options.output)
-    bar = terminal.Bar("bake")
+    return first, last
+
+
+@contextmanager
+def _timed(
+    doing: str,
+    done: str,
+    options: argparse.Namespace,
+    count: int,
+    check_cancelled: Callable[[], None],
+) -> Iterator[tuple[Progress, list[Path]]]:
+    """Gives a progress, and a list to put the files in that are then told of."""
+    bar, files = terminal.Bar(doing), []
     started = time.perf_counter()
 
     def progress(stage: str, fraction: float) -> None:
@@ -114,13 +183,13 @@ def _bake(options: argparse.Namespace, check_cancelled: Callable[[], None]) -> N
         bar(stage, fraction)
 
     try:
-        files = bake.bake_rigs(paths, first, last, progress, smoothing=options.smoothing)
+        yield progress, files
     finally:
         bar.close()
     if options.save:
         bpy.ops.wm.save_mainfile()
-    seconds = (time.perf_counter() - started) / len(frames)
-    print(f"baked {len(frames)} frames, {seconds:.4f} s each, to {', '.join(map(str, files))}")
+    seconds = (time.perf_counter() - started) / count
+    print(f"{done} {count} frames, {seconds:.4f} s each, to {', '.join(map(str, files))}")
 
 
 def _rigs(names: Sequence[str] | None) -> list[bpy.types.Object]:

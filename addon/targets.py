@@ -21,6 +21,20 @@ Place = bpy.types.Object | int  # an object's location, or a point of the target
 Target = bpy.types.Object | bpy.types.Collection
 
 
+def chosen(obj: bpy.types.Object) -> Target | None:
+    """What the artist chose for the rig."""
+    return obj.tug.fit_target or obj.tug.fit_markers
+
+
+def chosen_pairs(obj: bpy.types.Object) -> dict[str, Place] | None:
+    """Where there are a scan and markers, those beside the empties below the scan. None: as
+    find_pairs finds them."""
+    rig = obj.tug
+    if rig.fit_target is None or rig.fit_markers is None:
+        return None
+    return {**find_pairs(obj, rig.fit_target), **find_pairs(obj, rig.fit_markers)}
+
+
 def space(
     obj: bpy.types.Object, other: bpy.types.Object, depsgraph: bpy.types.Depsgraph
 ) -> np.ndarray:

@@ -11,10 +11,12 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
+from scans import add_markers, pose
 from support import animate, bound_rig, read_pc2
 
 import addon
 from addon import bake, cli, native
+from addon.fit import fit_frames
 
 SCRIPT = Path(addon.__file__).parent / "bake.py"
 
@@ -168,3 +170,55 @@ def test_a_signal_cancels_and_leaves_nothing(scene, tmp_path, number):
 
 def test_the_library_is_the_one_of_these_tests():
     assert native.library().tug_abi() == native.ABI
+
+
+# blender --command tug --------------------------------------------------------------------------
+
+
+def test_the_command_bakes_and_fits(scene, tmp_path, capsys):
+    bake.bake(bpy.data.objects["Tube"], 3, 4, tmp_path / "here.pc2")
+    arguments = [str(scene), "--frames", "3-4", "--output", str(tmp_path / "out.pc2")]
+    assert cli.command(["bake", *arguments]) == 0
+    assert (tmp_path / "out.pc2").read_bytes() == (tmp_path / "here.pc2").read_bytes()
+    obj = bpy.data.objects["Tube"]
+    markers = add_markers(obj, pose())
+    fit_frames(obj, markers, 3, 4, tmp_path / "here.pc2")
+    path = ["--frames", "3-4", "--output", str(tmp_path / "fit.pc2")]
+    assert cli.command(["fit", *path, "--target", markers.name]) == 0
+    assert "fitted 2 frames" in capsys.readouterr().out
+    fitted = (tmp_path / "fit.pc2").read_bytes()
+    assert fitted == (tmp_path / "here.pc2").read_bytes()
+    obj.tug.fit_markers = markers
+    assert cli.command(["fit", *path]) == 0
+    assert (tmp_path / "fit.pc2").read_bytes() == fitted
+
+
+def test_what_the_command_cannot_fit_is_told(scene, tmp_path, capsys):
+    path = ["--output", str(tmp_path / "fit.pc2")]
+    assert cli.command(["fit", *path]) == 1
+    assert 'no target was chosen for "Tube"' in capsys.readouterr().err
+    assert cli.command(["fit", *path, "--target", "Nobody"]) == 1
+    assert 'no object or collection "Nobody"' in capsys.readouterr().err
+    bound_rig("Other", "other ")
+    assert cli.command(["fit", *path, "--target", "Tip"]) == 1
+    assert "there are 2 rigs: name the one to fit with --object" in capsys.readouterr().err
+    assert cli.command(["fit", *path, "--object", "Other", "--target", "Tip"]) == 1
+    assert '"Tip" is neither a mesh nor a point cloud' in capsys.readouterr().err
+    assert not (tmp_path / "fit.pc2").exists()
+
+
+def test_blender_knows_the_command(scene, tmp_path):
+    if not bpy.app.binary_path:
+        pytest.skip("not run: a bpy module has no --command")
+    script = tmp_path / "register.py"
+    checkout = str(SCRIPT.parents[1])
+    script.write_text(
+        f"import sys; sys.path.insert(0, {checkout!r})\nimport addon\naddon.register()\n"
+    )
+    words = ["--command", "tug", "bake", str(scene), "--frames", "3-4", "--output"]
+    blender = [bpy.app.binary_path, "-b", "--factory-startup", "--python", str(script)]
+    result = subprocess.run(
+        [*blender, *words, str(tmp_path / "out.pc2")], capture_output=True, text=True, timeout=120
+    )
+    assert result.returncode == 0, result.stdout + result.stderr
+    assert (tmp_path / "out.pc2").exists()

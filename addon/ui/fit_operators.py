@@ -8,16 +8,15 @@ from collections.abc import Iterator
 import bpy
 from bpy.types import Object, Operator
 
-from .. import fit
+from .. import fit, targets
 from ..fit_job import FitJob
-from ..targets import Target, find_pairs
 from . import state, work
 from .background import BackgroundOperator
 from .film_operator import FilmOperator
 
 
 def has_target(obj: Object) -> str:
-    if obj.tug.fit_target is None and obj.tug.fit_markers is None:
+    if targets.chosen(obj) is None:
         return "Choose a target first: a scan, or a collection of empties"
     return ""
 
@@ -32,18 +31,6 @@ FITTING = (
 )
 
 
-def target_of(obj: Object) -> Target:
-    return obj.tug.fit_target or obj.tug.fit_markers
-
-
-def pairs_of(obj: Object) -> dict[str | int, Object] | None:
-    """Empties of the collection beside those below the target, if there are both."""
-    rig = obj.tug
-    if rig.fit_target is None or rig.fit_markers is None:
-        return None
-    return {**find_pairs(obj, rig.fit_target), **find_pairs(obj, rig.fit_markers)}
-
-
 class TUG_OT_fit(BackgroundOperator, Operator):
     """Bring the examples together so that the mesh lies on the target. Handles stay where they \
 are: pull one to pose the mesh by hand again"""
@@ -54,7 +41,7 @@ are: pull one to pose the mesh by hand again"""
     doing, done = "Fitting", "fitted"
 
     def plan(self, obj: Object) -> FitJob:
-        return fit.plan_fit(obj, target_of(obj), pairs_of(obj))
+        return fit.plan_fit(obj, targets.chosen(obj), targets.chosen_pairs(obj))
 
     def finish(self, obj: Object, job: FitJob) -> str:
         summary = fit.finish_fit(obj, job)
@@ -76,7 +63,8 @@ class TUG_OT_fit_frames(FilmOperator, Operator):
 
     def roll(self, obj: Object) -> Iterator[tuple[str, float]]:
         return fit.roll_frames(
-            *(obj, target_of(obj), self.first, self.last, self.filepath), pairs_of(obj)
+            *(obj, targets.chosen(obj), self.first, self.last, self.filepath),
+            targets.chosen_pairs(obj),
         )
 
 
