@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a mesh is deformed with: how a file keeps it, and what changes it."""
 
+import inspect
+
 import bmesh
 import bpy
 import numpy as np
@@ -30,6 +32,7 @@ from support import (
 
 from addon import functions, live, rig, shape_keys, vertex_groups
 from addon.inputs import RigError
+from addon.solver import make_solver
 
 COMPUTED = ("EIGENFUNCTIONS", "HANDLES", "SKELETON")
 ALL = (*COMPUTED, "VERTEX_GROUPS")
@@ -75,8 +78,9 @@ def nothing_is_computed(monkeypatch):
 
 
 def test_a_new_rig_is_smooth():
-    obj = add_tube()
-    assert obj.tug.dictionary == "EIGENFUNCTIONS"
+    """As without Blender."""
+    default = inspect.signature(make_solver).parameters["dictionary"].default
+    assert add_tube().tug.dictionary == default == "EIGENFUNCTIONS"
 
 
 @pytest.mark.parametrize("dictionary", ALL)
@@ -289,7 +293,8 @@ def test_an_old_rig_may_choose():
 def test_eigenfunctions_live_in_attributes_until_the_rig_is_unbound():
     obj = bound_with("EIGENFUNCTIONS")
     names = list(attributes(obj.data))
-    assert len([name for name in names if name.startswith(".tug_function_")]) == 12  # few vertices
+    found = [name for name in names if name.startswith(".tug_function_")]
+    assert len(found) == obj.tug.function_count > 5
     assert ".tug_group" in names
     assert not group_names(obj)
     rig.unbind(obj)
@@ -307,9 +312,10 @@ def test_a_mesh_in_edit_mode_keeps_its_functions():
     np.testing.assert_array_equal(solved(obj), before)
 
 
-@pytest.mark.parametrize("name", [".tug_function_0", ".tug_function_11", ".tug_group"])
-def test_functions_that_were_deleted_are_told(name):
+@pytest.mark.parametrize("number", [0, -2, -1])
+def test_functions_that_were_deleted_are_told(number):
     obj = bound_with("EIGENFUNCTIONS")
+    name = sorted(attributes(obj.data))[number]
     obj.data.attributes.remove(obj.data.attributes[name])
     with pytest.raises(RigError, match="functions that Tug keeps with its mesh were deleted: bind"):
         rig.solve(obj, depsgraph())
