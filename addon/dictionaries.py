@@ -40,7 +40,7 @@ class Dictionary(StrEnum):
 
 GROUPS_A_HANDLE = 2
 EIGENFUNCTIONS = 15  # as in F's experiments
-EIGENFUNCTION_GROUPS = 20
+EIGENFUNCTION_GROUPS = 15
 BONES = 20
 
 

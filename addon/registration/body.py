@@ -14,6 +14,10 @@ from ..geometry import Mesh, Rows
 from ..native import Progress
 from ..solver import Model, Solver
 
+# Twice as many as a pose needs: what is far from all examples, a curled-up body with its legs in
+# question, is told by how single parts turn.
+GROUPS = 30
+
 
 class Body:
     """Shapes of a mesh, and weight functions with their groups.
@@ -44,7 +48,9 @@ class Body:
             raise ValueError(report)
         self.triangles = np.ascontiguousarray(triangles, np.int32)
         self.functions = functions or make_functions(
-            Dictionary.EIGENFUNCTIONS, self.mesh, self.shapes, (), progress=progress
+            *(Dictionary.EIGENFUNCTIONS, self.mesh, self.shapes, ()),
+            group_count=GROUPS,
+            progress=progress,
         )
         self.options = options
         # One vertex of each part: rows that serve until others take their place.

@@ -26,7 +26,7 @@ EXAMPLES = 4
 # The average of the distances from all shapes is no example, ten rounds of the closest do not come
 # to rest, and without rotations a blend of shapes may be as near to the handles.
 ROUGH = {Form.AVERAGE: 0.1, Form.CLOSEST: 0.05, Form.NO_ROTATIONS: 0.1}
-DEFAULT_GROUPS = {Dictionary.HANDLES: 2 * 8, Dictionary.EIGENFUNCTIONS: 20, Dictionary.SKELETON: 20}
+DEFAULT_GROUPS = {Dictionary.HANDLES: 2 * 8, Dictionary.EIGENFUNCTIONS: 15, Dictionary.SKELETON: 20}
 
 
 @functools.cache
