@@ -19,15 +19,18 @@ from addon.solver import (  # noqa: E402
     Model,
     SolveInfo,
     Solver,
+    fit_dictionary,
     minimise_blend,
 )
 from addon.starts import RowStart, find_rotations  # noqa: E402
 from addon.weights import (  # noqa: E402
     EigenfunctionsInfo,
     WeightsInfo,
+    cluster_by_eigenfunctions,
     cluster_triangles,
     compute_eigenfunctions,
     compute_weights,
+    find_skeleton,
 )
 
 __all__ = [
@@ -49,10 +52,13 @@ __all__ = [
     "SolveInfo",
     "Solver",
     "WeightsInfo",
+    "cluster_by_eigenfunctions",
     "cluster_triangles",
     "compute_eigenfunctions",
     "compute_weights",
     "find_rotations",
+    "find_skeleton",
+    "fit_dictionary",
     "make_functions",
     "minimise_blend",
     "native",

@@ -28,6 +28,7 @@ from generated import tube  # noqa: E402
 from methods import Choice, Tally, Tug  # noqa: E402
 from quality import drag_dependence  # noqa: E402
 from rigs import Rig  # noqa: E402
+from rows_examples import DICTIONARIES, distortions  # noqa: E402
 from suite import Row, compare  # noqa: E402
 
 
@@ -126,6 +127,15 @@ def test_history_is_seen_where_there_is_some():
     assert drag_dependence(poses, handles, warm, Tally()) > 1e-6
 
 
+def test_dictionaries_of_more_examples_come_nearer_to_a_pose():
+    found = distortions(tube(300, 5), 2)
+    assert found.shape == (len(DICTIONARIES), 4)
+    assert (found > 0).all()
+    assert (found[:, -1] < found[:, 0]).all()
+    # With one example two of the dictionaries are the same.
+    np.testing.assert_allclose(found[0, 0], found[2, 0])
+
+
 def test_rows_have_all_keys_and_the_report_shows_them(tmp_path):
     bench, report = tmp_path / "bench.json", tmp_path / "report.md"
     names = "positions_25k,recognition"
@@ -192,6 +202,28 @@ def test_report_has_the_curves_of_every_method_at_some_distances(tmp_path):
     curves = "10.0 | 14.1 | 22.4 | 2.0 | 4.0 | 10.0"
     assert f"| tubes | 50 | 8 examples | 0.01 | {curves} | 0.04 | 0.5 |" in text
     assert f"| `completion` | {gain} | -0.02 of the curve's mean | >= 0 | **no** |" in text
+
+
+def test_report_has_the_tables_of_forms_and_dictionaries(tmp_path):
+    bench, report = tmp_path / "bench.json", tmp_path / "report.md"
+    sizes = {"set": "hand", "form": "closest", "shapes": 7, "groups": 18, "unknowns": 154}
+    sizes |= {"published_atoms": 163}
+    rows = [
+        compare("table_1", f"{what}, closest, hand", "ms", ours, "published", theirs, None, sizes)
+        for what, ours, theirs in (("a round", 0.01, 1.2), ("a run", 0.5, 15.5))
+    ]
+    for dictionary, values in (("skeleton", [4.0, 2.0]), ("one example", [5.0])):
+        sizes = {"set": "hand", "dictionary": dictionary, "by_examples": values}
+        rows.append(Row("table_2", "distortion", "%", values[-1], sizes=sizes))
+    sizes = {"set": "hand", "by_examples": [0.25, 0.5]}
+    rows.append(Row("table_2", "a run, 2 examples, hand", "ms", 0.5, sizes=sizes))
+    bench.write_text(json.dumps([asdict(row) for row in rows]))
+    assert run("report.py", str(bench), "--out", str(report)).returncode == 0
+    text = report.read_text()
+    assert "| hand | closest | 7 | 18 | 154 | 163 | 0.01 | 1.2 | 120 | 0.5 | 15.5 | 31 |" in text
+    assert "| hand | skeleton | 4 | 2 |\n| hand | one example | 5 | - |" in text
+    assert "| hand | a run | 0.25 | 0.5 |" in text
+    assert "Times and sizes beside peers" not in text
 
 
 def run(script: str, *arguments: str, **environment: str) -> subprocess.CompletedProcess:
