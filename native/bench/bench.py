@@ -30,7 +30,7 @@ from rows_dictionaries import dictionary_rows  # noqa: E402
 from rows_eigenfunctions import eigenfunction_rows  # noqa: E402
 from rows_examples import table_1_rows, table_2_rows  # noqa: E402
 from rows_pose import certificate_rows, leave_one_out_rows, pose_rows  # noqa: E402
-from rows_registration import nearest_rows, update_rows  # noqa: E402
+from rows_registration import nearest_rows, other_rows_rows  # noqa: E402
 from rows_time import (  # noqa: E402
     frame_rows,
     growth_rows,
@@ -53,7 +53,7 @@ PARTS = (
     (("dense_kernels",), lambda suite, wanted: kernel_rows()),
     (("handles_100_shapes_20",), lambda suite, wanted: many_handles_rows(suite)),
     (("nearest_25k",), lambda suite, wanted: nearest_rows(suite)),
-    (("cholesky_update",), lambda suite, wanted: update_rows()),
+    (("other_rows",), lambda suite, wanted: other_rows_rows(suite)),
     (("table_1",), lambda suite, wanted: table_1_rows(suite)),
     (("table_2",), lambda suite, wanted: table_2_rows(suite)),
     (("growth",), lambda suite, wanted: growth_rows(suite)),

@@ -1,20 +1,26 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rows on what a registration does besides solving: nearest_25k, cholesky_update."""
+"""Rows on what a registration does besides solving: nearest_25k, other_rows."""
 
 from __future__ import annotations
 
-import subprocess
 import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
 from generated import tube
-from library import CHECKOUT, Mesh, Points
+from library import (
+    Mesh,
+    Model,
+    Points,
+    Rows,
+    Solver,
+    cluster_by_eigenfunctions,
+    compute_eigenfunctions,
+)
 from scipy.spatial import cKDTree
-from suite import Row, Suite, compare, not_run
+from suite import HANDLES, Row, Suite, compare
 
 REPEATS = 7
-UPDATE = CHECKOUT / "build" / "release" / "native" / "time_cholesky_update"
 
 
 def nearest_rows(suite: Suite) -> Iterator[Row]:
@@ -55,15 +61,23 @@ def median_seconds(call: Callable[[], object]) -> float:
     return float(np.median(times))
 
 
-def update_rows() -> Iterator[Row]:
-    """Ten rows added to and dropped from a factor, beside making it anew."""
-    if not UPDATE.exists():
-        yield not_run("cholesky_update", f"{UPDATE} was not built")
-        return
-    run = subprocess.run([UPDATE], check=True, capture_output=True, text=True)
-    for line in run.stdout.splitlines():
-        what, size, update, *anew = line.split()
-        metric = f"10 rows {what}, {size} unknowns"
-        for peer, microseconds in zip(("our factorisation", "LAPACK's"), anew, strict=True):
-            both = (float(update), peer, float(microseconds))
-            yield compare("cholesky_update", metric, "us", *both, None, {})
+def other_rows_rows(suite: Suite) -> Iterator[Row]:
+    """A row that is let go, and a row more, beside a model from the mesh; #S 6, #W 15."""
+    poses = tube(int(suite.size * 25_000), 6)
+    vertices = poses.spread_handles(HANDLES + 1)
+    fewer, more = Rows.pin(vertices[:-1]), Rows.pin(vertices)
+    firmness = np.full(HANDLES, np.inf)
+    firmness[-1] = 0.0
+    with Mesh(poses.shapes[0], poses.triangles) as mesh:
+        values, functions, _ = compute_eigenfunctions(mesh, 15)
+        groups = cluster_by_eigenfunctions(mesh, values, functions, 20)
+        given = (mesh, poses.shapes, functions)
+        with Model(*given, fewer, groups) as model, Solver(model) as solver:
+            anew = 1e3 * median_seconds(lambda: Model(*given, fewer, groups).close())
+            sizes = vars(model.sizes)
+            for metric, call in (
+                ("a row let go, tug_set_firmness", lambda: solver.set_firmness(firmness)),
+                ("a row more, tug_change_rows", lambda: model.change_rows(more).close()),
+            ):
+                both = (1e3 * median_seconds(call), "a new model", anew)
+                yield compare("other_rows", metric, "ms", *both, None, sizes)

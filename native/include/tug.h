@@ -313,7 +313,10 @@ TUG_API tug_status tug_create_model(const tug_mesh *mesh, const double *shapes, 
  * energy has beta_r |X T - Y|_r^2 / 2 for each row; there may be more rows than unknowns then, and
  * rows may depend on each other. It counts in the costs of the group nearest to the row, and
  * tug_set_firmness puts its springs behind it. Fails with TUG_ERROR_HANDLES where pinned rows
- * depend on each other. O(unknowns^3 + (#G #S k + #H)^2 unknowns): some tens of milliseconds. */
+ * depend on each other. O(unknowns^3 + (#G #S k + #H)^2 unknowns): some tens of milliseconds.
+ * This and tug_set_firmness are for two things: here there are other rows, found anew for all
+ * solvers; there one solver's rows are held more or less, a hundred times faster, since what they
+ * are bound to stays. A row that comes and goes is best in the model from the start. */
 TUG_API tug_status tug_change_rows(const tug_model *model, const tug_rows *rows,
                                    const double *firmness, tug_model **out);
 
