@@ -22,6 +22,7 @@ from math import prod
 import numpy as np
 
 from ..native import ERROR_HANDLES, Progress, TugError
+from ..placing import leaves_turn_open
 from ..solver import Solver
 
 TRIED = 720  # matchings that are all tried, in a few seconds: six feet, say
@@ -156,3 +157,8 @@ def _check(solver: Solver, points: np.ndarray, groups: Sequence[Sequence[int]]) 
         raise ValueError("a row is in two groups, or twice in one")
     if bad := [row for row in rows if not 0 <= row < len(points)]:
         raise ValueError(f"there is no row {bad[0]}, only 0 to {len(points) - 1}")
+    if leaves_turn_open(points):
+        raise ValueError(
+            "the points are on one line, or too few to place the body, so that it may turn and "
+            "exchange them at no cost: add some beside the line"
+        )

@@ -10,12 +10,9 @@ from typing import Self
 import numpy as np
 
 from ..geometry import Rows
-from ..parts import find_floating
+from ..placing import check_parts, check_vertices, leaves_turn_open
 from .body import Body
 from .scan import Scan
-
-# Of the spread across the line that fits best to that along it, below which points are on a line.
-COLLINEAR = 1e-3
 
 
 @dataclass(frozen=True)
@@ -60,6 +57,10 @@ class Features:
             raise ValueError("only a scan with triangles has discs: give the features as points")
         if len(points) != len(vertices):
             raise ValueError(f"{len(vertices)} vertices cannot be {len(points)} points of the scan")
+        if count < 1 or not radius > 0:
+            raise ValueError(f"{count} discs of radius {radius:g}: both must be above 0")
+        check_vertices(vertices, len(body.rest), "feature")
+        check_vertices(points, len(scan.points), "feature's place on the scan")
         reach = radius * np.sqrt(body.mesh.areas().sum())
         radii = np.tile(reach * np.arange(1, count + 1) / count, len(vertices))
         rows = Rows.discs(body.mesh, np.repeat(vertices, count), radii)
@@ -78,9 +79,7 @@ class Features:
 
     def _check(self, body: Body) -> None:
         """Raises ValueError where they do not tell how the body lies in space."""
-        last = len(body.rest) - 1
-        if bad := [int(vertex) for vertex in self.vertices if not 0 <= vertex <= last]:
-            raise ValueError(f"there is no vertex {bad[0]} for a feature, only 0 to {last}")
+        check_vertices(self.vertices, len(body.rest), "feature")
         if len(np.unique(self.vertices)) < len(self.vertices):
             raise ValueError("two features are at one vertex: move or leave out one of them")
         if not np.isfinite(self.places).all():
@@ -94,20 +93,9 @@ class Features:
             ("on the body", body.rest[self.vertices]),
             ("on the scan", self.places),
         ):
-            spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-            if spread[1] <= COLLINEAR * spread[0]:
+            if leaves_turn_open(points):
                 raise ValueError(
                     f"the features are on one line {where}, so that the turn about it is open: add "
                     "one beside the line"
                 )
-        self._check_parts(body)
-
-    def _check_parts(self, body: Body) -> None:
-        """Raises ValueError where a part has no feature and moves by weights of its own."""
-        vertex = find_floating(body.mesh, body.functions.weights, self.vertices)
-        if vertex >= 0:
-            parts = body.mesh.components().max() + 1
-            raise ValueError(
-                f"the mesh has {parts} parts that are not connected, and the one with vertex "
-                f"{vertex} has no feature: give each part one"
-            )
+        check_parts(body.mesh, body.functions.weights, self.vertices, "feature")

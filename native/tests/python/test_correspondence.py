@@ -79,10 +79,13 @@ def test_the_solver_is_left_pinned_with_the_best_pose(creature):
     np.testing.assert_array_equal(left, solver.positions())
 
 
+STEPS = np.stack([np.arange(4.0), np.zeros(4)], axis=1)
+
+
 class Oracle:
     """In the place of a solver of four rows: objectives by order, and one for all parts."""
 
-    sizes = SimpleNamespace(rows=4, dimension=1)
+    sizes = SimpleNamespace(rows=4, dimension=2)
 
     def __init__(self, objectives: dict[tuple, float], of_parts: float) -> None:
         self.objectives, self.of_parts, self.pinned = objectives, of_parts, True
@@ -91,7 +94,7 @@ class Oracle:
         self.pinned = bool(np.isinf(firmness).all())
 
     def solve(self, targets: np.ndarray) -> SimpleNamespace:
-        order = tuple(targets.ravel().astype(int).tolist())
+        order = tuple(targets[:, 0].astype(int).tolist())
         return SimpleNamespace(objective=self.objectives[order] if self.pinned else self.of_parts)
 
 
@@ -99,8 +102,7 @@ class Oracle:
 def test_few_matchings_are_all_tried_whatever_their_parts_promise(of_parts):
     for best in permutations(range(4)):
         objectives = dict.fromkeys(permutations(range(4)), 2.0) | {best: 1.0}
-        points = np.arange(4.0)[:, None]
-        found = find_correspondence(Oracle(objectives, of_parts), points, [[0, 1, 2, 3]])
+        found = find_correspondence(Oracle(objectives, of_parts), STEPS, [[0, 1, 2, 3]])
         assert (tuple(found.order), found.objective, found.solves) == (best, 1.0, 24)
 
 
@@ -112,7 +114,7 @@ def test_the_search_finds_the_best_where_parts_are_above_it_by_no_more_than_the_
     for best in permutations(range(4)):
         objectives = dict.fromkeys(permutations(range(4)), 1.01) | {best: 1.0}
         oracle = Oracle(objectives, 0.999 * just)
-        found = find_correspondence(oracle, np.arange(4.0)[:, None], [[0, 1, 2, 3]])
+        found = find_correspondence(oracle, STEPS, [[0, 1, 2, 3]])
         assert tuple(found.order) == best
 
 
@@ -170,8 +172,20 @@ def test_an_exception_of_progress_cancels_and_leaves_the_solver_usable(small):
         (np.full((5, 2), np.nan), [], "points must be finite"),
         (np.zeros((5, 2)), [[0, 1], [1, 2]], "a row is in two groups"),
         (np.zeros((5, 2)), [[0, 5]], "there is no row 5, only 0 to 4"),
+        (np.ones((5, 2)), [[0, 1]], "the points are on one line, or too few"),
     ],
 )
 def test_what_cannot_be_matched_is_told(small, points, groups, text):
     with pytest.raises(ValueError, match=text):
         find_correspondence(small, points, groups)
+
+
+def test_points_that_leave_the_turn_open_are_told(creature):
+    vertices = list(creature.handles.values())
+    body = Body(creature.shapes[:2], creature.triangles)
+    for pins, points in (
+        (vertices[:2], creature.shapes[1][vertices[:2]]),
+        (vertices[:4], np.linspace(0, 1, 4)[:, None] * [1.0, 2.0, 3.0]),
+    ):
+        with pytest.raises(ValueError, match="on one line, or too few to place the body"):
+            find_correspondence(body.solver(Rows.pin(pins)), points, [[0, 1]])

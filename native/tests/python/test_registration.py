@@ -251,6 +251,15 @@ def test_features_that_cannot_be_are_told(half):
     ):
         with pytest.raises(ValueError, match=text):
             register(half.body, half.scan, Features.at_points(vertices, there))
+    for vertices, points, options, text in (
+        ([0, 1, -2], [0, 1, 2], {}, "there is no vertex -2 for a feature, only"),
+        ([0, 1, 2], [0, 1, 10**6], {}, "no vertex 1000000 for a feature's place on the scan"),
+        ([0, 1, 2], [0, 1], {}, "3 vertices cannot be 2 points"),
+        ([0, 1, 2], [0, 1, 2], {"radius": 0}, "discs of radius 0: both must be above 0"),
+        ([0, 1, 2], [0, 1, 2], {"count": 0}, "0 discs of radius 0.15: both must"),
+    ):
+        with pytest.raises(ValueError, match=text):
+            Features.at_discs(half.body, vertices, half.scan, points, **options)
     with pytest.raises(ValueError, match="only a scan with triangles has discs"):
         cloud = Scan(half.scan.points, half.scan.normals)
         Features.at_discs(half.body, half.handles, cloud, half.handles)

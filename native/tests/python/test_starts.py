@@ -136,3 +136,77 @@ def test_smooth_models_of_eigenfunctions_find_examples(case: Case) -> None:
         for shape in case.shapes:
             solver.solve(shape[HANDLES])
             assert rms(solver.positions(), shape) < 1e-5
+
+
+# What cannot be ---------------------------------------------------------------------------------
+
+
+def row_start(case: Case, **changes: object) -> RowStart:
+    given = {
+        "mesh": case.mesh,
+        "shapes": case.shapes,
+        "weights": case.functions,
+        "energies": case.values**2,
+        "rows": case.rows,
+        "groups": case.groups,
+    }
+    return RowStart(**given | changes)
+
+
+@pytest.mark.parametrize(
+    ("targets", "text"),
+    [
+        (np.zeros((3, 3)), "targets must be 5 by 3 finite coordinates"),
+        (np.full((5, 3), np.nan), "targets must be 5 by 3 finite coordinates"),
+        (np.zeros((5, 3)), "the targets are on one line, or too few"),
+        (np.linspace(0, 1, 5)[:, None] * np.ones(3), "the targets are on one line, or too few"),
+    ],
+)
+def test_targets_that_cannot_place_a_body_are_told(case: Case, targets, text) -> None:
+    with pytest.raises(ValueError, match=text):
+        row_start(case).rotations(targets)
+
+
+def test_too_few_rows_are_told(case: Case) -> None:
+    for pins in ([], [0], [0, 263]):
+        with pytest.raises(ValueError, match="too few to place the body|there is no row"):
+            row_start(case, rows=Rows.pin(pins)).rotations(case.shapes[0][pins])
+
+
+def test_what_a_start_cannot_be_made_of_is_told(case: Case) -> None:
+    for changes, error, text in (
+        ({"rows": Rows.pin([0, 10**6])}, ValueError, "no vertex 1000000 for a row, only 0 to 263"),
+        ({"rows": Rows.pin([0, -1])}, ValueError, "no vertex -1 for a row"),
+        ({"shapes": np.full_like(case.shapes, np.nan)}, ValueError, "not finite: repair them"),
+        ({"weights": case.functions[:5]}, ValueError, "expected a matrix of 264 rows"),
+        ({"energies": np.ones(3)}, ValueError, "energies must be of the 4 weight functions"),
+        ({"groups": case.groups[:5]}, ValueError, "groups must be #F"),
+    ):
+        with pytest.raises(error, match=text):
+            row_start(case, **changes)
+    for changes, text in (
+        ({"weights": np.full_like(case.functions, np.nan)}, "row 0 of X has a value"),
+        ({"energies": -np.ones(4)}, "not positive semidefinite"),
+        ({"fit": np.nan}, "fit is nan: it must be above zero"),
+    ):
+        with pytest.raises(TugError, match=text):
+            row_start(case, **changes).positions(case.shapes[1][HANDLES])
+
+
+def test_a_part_of_the_mesh_without_a_row_is_told(case: Case) -> None:
+    shapes, triangles = np.concatenate([case.shapes, case.shapes + 9], axis=1), case.mesh.triangles
+    with Mesh(shapes[0], np.concatenate([triangles, triangles + len(case.shapes[0])])) as two:
+        values, functions, _ = compute_eigenfunctions(two, 4)
+        groups = np.repeat([0, 1], len(triangles)).astype(np.int32)
+        rows = Rows.pin(HANDLES)
+        with pytest.raises(ValueError, match="2 parts .* the one with vertex 264 has no row"):
+            RowStart(two, shapes, functions, values**2, rows, groups)
+
+
+def test_poses_and_solvers_that_are_none_are_told(case: Case) -> None:
+    with pytest.raises(TugError, match="coordinate 0 of the positions is not finite"):
+        find_rotations(case.mesh, case.shapes, case.groups, np.full_like(case.shapes[0], np.nan))
+    with pytest.raises(ValueError, match="positions must be 264 by 3"):
+        find_rotations(case.mesh, case.shapes, case.groups, case.shapes[0][:5])
+    with pytest.raises(ValueError, match="there is no solver"):
+        solve_in_stages([], case.shapes[0][HANDLES])
