@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from .creature_body import painted, sculpture, skeleton, skin_weights
+from .creature_body import painted, sculpture, skeleton, weights
 from .implicit import smooth_min
 from .sample import BASIS, Sample, Waypoint, nearest_pair, nearest_vertex
 from .sculpt import edges_of
@@ -150,7 +150,7 @@ POSES = {
 def posed(rest: np.ndarray, quads: np.ndarray, poses: Mapping[str, Pose]) -> dict[str, np.ndarray]:
     """The shape of each pose; what would sink into the ground is pressed flat."""
     edges = edges_of(quads)
-    skin = Skin(skeleton(), rest, edges, skin_weights(rest, edges))
+    skin = Skin(skeleton(), rest, edges, weights(rest, edges))
     shapes = {}
     for name, pose in poses.items():
         shape = skin.posed(pose)

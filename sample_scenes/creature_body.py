@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from .implicit import Cone, surface_nets, union
-from .sculpt import edges_of, settle, smoothed, smoothstep
+from .sculpt import edges_of, settle, skin_weights, smoothstep
 from .skeleton import Bone, Leg, Skeleton
 
 SPACING = 0.036
@@ -114,19 +114,10 @@ def skeleton() -> Skeleton:
     return Skeleton(bones, legs)
 
 
-def skin_weights(vertices: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """#V by #B: the share each part has in the surface there, spread over the joints."""
+def weights(vertices: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """#V by #B, of the skeleton's bones."""
     parts = BODY | {"head": BODY["head"] + list(FACE.values())}
-    near = np.stack(
-        [
-            np.min([cone.distance(vertices) for cone in cones if not cone.carved], axis=0)
-            for cones in parts.values()
-        ],
-        axis=1,
-    )
-    share = np.exp(-(near - near.min(axis=1, keepdims=True)) / 0.02)
-    share = smoothed(share / share.sum(axis=1, keepdims=True), edges, 14)
-    return share / share.sum(axis=1, keepdims=True)
+    return skin_weights(list(parts.values()), vertices, edges)
 
 
 def painted(rest: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .implicit import Field, gradient
+from .implicit import Cone, Field, gradient
 
 
 def edges_of(faces: Sequence[Sequence[int]]) -> np.ndarray:
@@ -51,6 +51,22 @@ def settle(vertices: np.ndarray, edges: np.ndarray, field: Field, rounds: int) -
         steepness = np.maximum(np.sum(slope**2, axis=1, keepdims=True), 1e-3)
         vertices = vertices - field(vertices)[:, None] * slope / steepness
     return vertices
+
+
+def skin_weights(
+    parts: Sequence[Sequence[Cone]], vertices: np.ndarray, edges: np.ndarray
+) -> np.ndarray:
+    """#V by #parts: the share each part has in the surface there, spread over the joints."""
+    near = np.stack(
+        [
+            np.min([cone.distance(vertices) for cone in cones if not cone.carved], axis=0)
+            for cones in parts
+        ],
+        axis=1,
+    )
+    share = np.exp(-(near - near.min(axis=1, keepdims=True)) / 0.02)
+    share = smoothed(share / share.sum(axis=1, keepdims=True), edges, 14)
+    return share / share.sum(axis=1, keepdims=True)
 
 
 def bump(distance: np.ndarray, radius: float) -> np.ndarray:
