@@ -100,12 +100,14 @@ def draw_pose(axes: Axes, problem: Problem, seen: np.ndarray, window: Window) ->
     frame(axes, window)
 
 
-def draw_handles(axes: Axes, points: np.ndarray, size: float = 4.0) -> None:
+def draw_handles(
+    axes: Axes, points: np.ndarray, size: float = 4.0, color: object = "black"
+) -> None:
     """Dots, with a pale rim that keeps them apart from dark meshes."""
     axes.plot(
         *points[:, :2].T,
         "o",
-        color="black",
+        color=color,
         markersize=size,
         markeredgecolor="white",
         markeredgewidth=0.6,

@@ -18,7 +18,7 @@ HERE = Path(__file__).resolve().parent
 FIGURES = (
     *(f"amrap_{number}" for number in (1, 2, 4, 5, 6, 7, 8)),
     "forms",
-    "fbt_7",
+    *(f"fbt_{number}" for number in range(2, 9)),
 )
 DIGITS = 4
 

@@ -20,41 +20,68 @@ from completion import (  # noqa: E402
 )
 from continuity import farthest  # noqa: E402
 from library import (  # noqa: E402
+    Body,
     Dictionary,
+    Features,
     Form,
     Functions,
     Mesh,
     Model,
+    Registration,
     Rows,
+    RowStart,
+    Scan,
+    Settings,
     Solver,
+    compute_eigenfunctions,
+    find_rotations,
     make_functions,
+    register,
 )
 
+from addon.interpolation import interpolate  # noqa: E402
+from addon.registration.correspondence import find_correspondence  # noqa: E402
+from addon.smoothing import Solution  # noqa: E402
+from addon.solver import fit_dictionary  # noqa: E402
 from sample_scenes import chameleon, creature, snake, squares  # noqa: E402
-from sample_scenes.sample import Sample  # noqa: E402
+from sample_scenes.sample import BASIS, Sample  # noqa: E402
 
 __all__ = [
+    "BASIS",
+    "Body",
     "DISTANCES",
-    "METHODS",
     "Dictionary",
     "Experiment",
-    "ON_BONES",
-    "OURS",
-    "PEER",
+    "Features",
     "Form",
     "Functions",
+    "METHODS",
     "Mesh",
     "Model",
+    "ON_BONES",
+    "OURS",
     "Outcome",
+    "PEER",
+    "Registration",
+    "RowStart",
     "Rows",
     "Sample",
+    "Scan",
+    "Settings",
+    "Solution",
     "Solver",
     "bodies",
     "chameleon",
+    "compute_eigenfunctions",
     "creature",
     "farthest",
+    "find_correspondence",
+    "find_rotations",
     "fit",
+    "fit_dictionary",
+    "interpolate",
     "make_functions",
+    "register",
     "snake",
     "squares",
 ]

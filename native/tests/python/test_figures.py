@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The numbers behind docs/figures say what AMRAP's text says of its figures. Measured anew, with
-fewer steps than the pictures have; nothing is drawn."""
+"""The numbers behind docs/figures say what the papers' texts say of their figures. Measured anew,
+with fewer steps or poses than the pictures have; nothing is drawn."""
 
 from __future__ import annotations
 
@@ -23,9 +23,18 @@ import amrap_6  # noqa: E402
 import amrap_7  # noqa: E402
 import amrap_8  # noqa: E402
 import baselines  # noqa: E402
+import fbt_2  # noqa: E402
+import fbt_3  # noqa: E402
+import fbt_4  # noqa: E402
+import fbt_5  # noqa: E402
+import fbt_6  # noqa: E402
 import fbt_7  # noqa: E402
+import fbt_8  # noqa: E402
 import forms  # noqa: E402
 import make  # noqa: E402
+import one_reference  # noqa: E402
+import reconstruction  # noqa: E402
+from fitting import Stages  # noqa: E402
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -155,6 +164,58 @@ def test_more_examples_complete_and_register_the_fox_better_than_one_or_than_der
         assert np.mean(all_[curve]) > np.mean(one[curve]) + 0.02
         assert np.mean(all_[curve]) > np.mean(der[curve]) + 0.02
     assert all_["error"] < 0.8 * min(one["error"], der["error"])
+
+
+def test_the_dictionary_nears_a_pose_with_every_example():
+    for by_count in fbt_2.numbers(fbt_2.measure()).values():
+        errors = [by_count[str(count)]["largest"] for count in range(1, 5)]
+        assert errors == sorted(errors, reverse=True)
+        assert errors[-1] < 0.005 < errors[0]
+
+
+@pytest.mark.parametrize("figure", [fbt_3, fbt_4])
+def test_the_scale_of_few_points_is_found(figure):
+    drawn = {figure.DRAWN: figure.tasks()[figure.DRAWN]}
+    row = figure.numbers(reconstruction.measure(drawn))[figure.DRAWN]
+    assert abs(row["scale"] - 1) < 0.01
+    assert row["scale_of_examples_off"] < 1e-5
+    assert row["mean"] < 0.04
+
+
+def test_feet_are_told_apart_and_turn_on_their_way():
+    gallop = fbt_5.numbers(fbt_5.measure())
+    for row in gallop["correspondence"]["steady"].values():
+        assert row["solved"]
+        assert row["right_to_best_wrong"] < 1
+    assert gallop["half_way"]["rotations"] < 0.75 * gallop["half_way"]["straight"]
+    assert gallop["longest_step_to_mean"] < 1.5
+
+
+def test_icp_turns_the_head_that_points_left_open():
+    fox = fbt_6.numbers(fbt_6.measure())
+    assert fox["part"] > 0.5
+    assert fox["final"]["mean"] < 0.5 * fox["start"]["mean"]
+    assert fox["matches_right"] > 0.8
+
+
+@pytest.mark.parametrize("name", fbt_8.FIGURES)
+def test_leaving_a_part_of_the_method_out_makes_it_worse(name):
+    figure, _ = fbt_8.FIGURES[name]
+    ablations = fbt_8.ablate(figure.tasks()[figure.DRAWN])
+    for left_out in ("one_example", "one_reference", "no_scale"):
+        assert ablations.mean_error(left_out) > 1.2 * ablations.mean_error("full")
+
+
+def test_one_reference_is_the_minimal_form_where_that_takes_it():
+    task = fbt_4.tasks()[fbt_4.DRAWN]
+    stages = Stages(task)
+    targets = task.size * task.examples[0][task.features]
+    targets[0] += 0.05 * task.unit
+    found, alone = stages.solve(targets), one_reference.solve_with_one(stages, targets)
+    assert stages.solvers[-1].blend()[0].argmax() == 0
+    assert alone.scale == pytest.approx(found.scale, rel=2e-3)
+    apart = np.linalg.norm(alone.positions - found.positions, axis=1)
+    assert apart.max() < 0.01 * task.unit
 
 
 @pytest.mark.parametrize("name", make.FIGURES)
