@@ -14,7 +14,7 @@ from enum import StrEnum
 import numpy as np
 
 from .geometry import Mesh
-from .native import Progress
+from .native import Progress, part
 from .objects import as_matrix
 from .weights import (
     cluster_by_eigenfunctions,
@@ -67,16 +67,22 @@ def make_functions(
     vertices; only their number matters but for HANDLES. group_count: groups at most; 0 takes as
     many as suit the dictionary.
     """
+    finding, grouping = part(progress, 0.0, 0.8), part(progress, 0.8, 1.0)
     match Dictionary(kind):
         case Dictionary.HANDLES:
-            weights, _ = compute_weights(mesh, [[handle] for handle in handles], progress=progress)
+            weights, _ = compute_weights(mesh, [[handle] for handle in handles], progress=finding)
             group_count = group_count or GROUPS_A_HANDLE * weights.shape[1]
-            return functions_of_weights(mesh, weights, group_count, progress=progress)
+            return functions_of_weights(mesh, weights, group_count, progress=grouping)
         case Dictionary.EIGENFUNCTIONS:
-            return _eigenfunctions(mesh, shapes, len(handles), group_count, progress)
+            count = eigenfunction_count(mesh, shapes, len(handles))
+            values, functions, _ = compute_eigenfunctions(mesh, count, progress=finding)
+            groups = cluster_by_eigenfunctions(
+                *(mesh, values, functions, group_count or EIGENFUNCTION_GROUPS), progress=grouping
+            )
+            return Functions(functions, groups)
         case Dictionary.SKELETON:
-            weights, _ = find_skeleton(mesh, shapes, BONES, progress=progress)
-            return functions_of_weights(mesh, weights, group_count, progress=progress)
+            weights, _ = find_skeleton(mesh, shapes, BONES, progress=finding)
+            return functions_of_weights(mesh, weights, group_count, progress=grouping)
 
 
 def functions_of_weights(
@@ -100,17 +106,6 @@ def functions_of_weights(
     weights = weights / sums
     count = group_count or weights.shape[1]
     return Functions(weights, cluster_triangles(mesh, weights, count, progress=progress))
-
-
-def _eigenfunctions(
-    mesh: Mesh, shapes: np.ndarray, handle_count: int, group_count: int, progress: Progress | None
-) -> Functions:
-    count = eigenfunction_count(mesh, shapes, handle_count)
-    values, functions, _ = compute_eigenfunctions(mesh, count, progress=progress)
-    groups = cluster_by_eigenfunctions(
-        *(mesh, values, functions, group_count or EIGENFUNCTION_GROUPS), progress=progress
-    )
-    return Functions(functions, groups)
 
 
 def eigenfunction_count(mesh: Mesh, shapes: np.ndarray, handle_count: int) -> int:

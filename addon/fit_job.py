@@ -12,8 +12,8 @@ import numpy as np
 
 from .geometry import Mesh
 from .inputs import RigError
-from .live import Recipe, part
-from .native import Progress, TugError
+from .live import Recipe
+from .native import Progress, TugError, part
 from .registration.body import Body
 from .registration.features import Features
 from .registration.nonrigid import Settings, register

@@ -12,8 +12,8 @@ import numpy as np
 from . import functions
 from .geometry import Mesh
 from .inputs import Inputs, RigError
-from .live import Live, Pull, Recipe, part
-from .native import Progress, TugError
+from .live import Live, Pull, Recipe
+from .native import Progress, TugError, part
 from .parts import find_floating
 from .solver import SolveInfo
 

@@ -22,7 +22,7 @@ from . import functions, inputs
 from .functions import Stored
 from .geometry import Mesh, Rows
 from .inputs import Inputs, RigError
-from .native import Progress, TugError
+from .native import Progress, TugError, part
 from .smoothing import Solution
 from .solver import Form, Model, SolveInfo, Solver
 
@@ -234,13 +234,6 @@ def read(obj: bpy.types.Object) -> Recipe:
 def recipe(obj: bpy.types.Object, given: Inputs, stored: Stored | None) -> Recipe:
     count = functions.group_count(obj, len(given.handles))
     return Recipe(given, obj.tug.dictionary, stored, count, solver_options(obj))
-
-
-def part(progress: Progress | None, start: float, end: float) -> Progress | None:
-    """The stretch of a progress bar that belongs to one of several long calls."""
-    if progress is None:
-        return None
-    return lambda stage, fraction: progress(stage, start + (end - start) * fraction)
 
 
 def alive(obj: bpy.types.Object, scene: bpy.types.Scene) -> list[bool]:

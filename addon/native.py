@@ -32,6 +32,13 @@ ERROR_BLOB = 7
 Progress = Callable[[str, float], object]
 
 
+def part(progress: Progress | None, start: float, end: float) -> Progress | None:
+    """The stretch of a progress that belongs to one of several long calls."""
+    if progress is None:
+        return None
+    return lambda stage, fraction: progress(stage, start + (end - start) * fraction)
+
+
 class TugError(Exception):
     """A call of libtug failed. code: one of the ERROR_ constants; reason: the text without the name
     of the function that it starts with."""

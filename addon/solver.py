@@ -27,7 +27,7 @@ import numpy as np
 from . import native
 from .dictionaries import Dictionary, make_functions
 from .geometry import Mesh, Rows, as_groups, as_shapes
-from .native import Progress
+from .native import Progress, part
 from .objects import Memory, Owner, as_matrix, fields_of, set_options
 
 
@@ -321,11 +321,12 @@ def make_solver(
     """
     pinned = [vertex for number, vertex in enumerate(handles) if number not in set(free)]
     with Mesh(shapes[0], triangles) as mesh:
-        functions = make_functions(dictionary, mesh, shapes, handles, progress=progress)
+        finding, modelling = part(progress, 0.0, 0.6), part(progress, 0.6, 1.0)
+        functions = make_functions(dictionary, mesh, shapes, handles, progress=finding)
         with Model(
             *(mesh, shapes, functions.weights, Rows.pin(pinned), functions.groups),
             stiffness=stiffness,
-            progress=progress,
+            progress=modelling,
         ) as model:
             return Solver(model, **options)
 

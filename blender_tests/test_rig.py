@@ -113,8 +113,9 @@ def test_a_second_bind_reads_the_weights_and_gives_the_same_pose():
     np.testing.assert_array_equal(expected(obj), before)
 
 
-def test_a_bind_reports_its_progress_and_can_be_cancelled():
-    obj = add_rig(dictionary="HANDLES")
+@pytest.mark.parametrize("dictionary", ["EIGENFUNCTIONS", "HANDLES", "SKELETON"])
+def test_a_bind_reports_its_progress_and_can_be_cancelled(dictionary):
+    obj = add_rig(dictionary=dictionary)
     before = state(obj)
     seen = []
 

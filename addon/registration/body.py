@@ -11,7 +11,7 @@ import numpy as np
 
 from ..dictionaries import Dictionary, Functions, make_functions
 from ..geometry import Mesh, Rows
-from ..native import Progress
+from ..native import Progress, part
 from ..solver import Model, Solver
 
 # Twice as many as a pose needs: what is far from all examples, a curled-up body with its legs in
@@ -50,7 +50,7 @@ class Body:
         self.functions = functions or make_functions(
             *(Dictionary.EIGENFUNCTIONS, self.mesh, self.shapes, ()),
             group_count=GROUPS,
-            progress=progress,
+            progress=part(progress, 0.0, 0.6),
         )
         self.options = options
         # One vertex of each part: rows that serve until others take their place.
@@ -59,7 +59,7 @@ class Body:
             *(self.mesh, self.shapes, self.functions.weights, anywhere, self.functions.groups),
             stiffness=stiffness,
             smoothness=smoothness,
-            progress=progress,
+            progress=part(progress, 0.6, 1.0),
         )
 
     @property

@@ -350,14 +350,27 @@ def test_a_component_without_a_handle_is_an_error_or_follows(triangles):
     assert set(weights[len(vertices) :].max(axis=1)) == {1.0}
 
 
+def rises(seen: list[tuple[str, float]]) -> bool:
+    stages, fractions = zip(*seen, strict=True)
+    return all(stages) and [0, *fractions, 1] == sorted([0, *fractions, 1])
+
+
 def test_progress_rises_to_its_end(shapes, triangles):
     seen = []
     with Mesh(shapes[0], triangles) as mesh:
         compute_weights(mesh, [[v] for v in HANDLES], progress=lambda *step: seen.append(step))
-    stages, fractions = zip(*seen, strict=True)
-    assert all(stages)
-    assert list(fractions) == sorted(fractions)
-    assert fractions[0] >= 0 and fractions[-1] <= 1
+    assert rises(seen)
+
+
+@pytest.mark.parametrize("dictionary", Dictionary)
+def test_progress_rises_through_all_that_makes_a_solver(shapes, triangles, dictionary):
+    seen = []
+    make_solver(
+        *(shapes, triangles, HANDLES),
+        dictionary=dictionary,
+        progress=lambda *step: seen.append(step),
+    ).close()
+    assert rises(seen)
 
 
 @pytest.mark.parametrize("kind", [RuntimeError, KeyboardInterrupt])
