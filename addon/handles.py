@@ -21,15 +21,14 @@ ON_PLANE = 0.02
 def add_spread(obj: Object, count: int) -> list[Object]:
     """New handles where the surface is farthest from all others, along its edges. Loose parts come
     first, as each needs one."""
-    given = inputs.surface(obj)
     taken = [handle.vertex for handle in obj.tug.handles]
-    added = []
-    with Mesh(*given) as mesh:
+    with Mesh(*inputs.surface(obj)) as mesh:
         if not taken:  # begin at an end of the mesh, as a nose or a tail
-            added.append(_farthest(mesh, [0]))
-        while len(added) < count:
+            return _add_numbered(obj, mesh.spread(count, _farthest(mesh, [0])).tolist())
+        added = []
+        for _ in range(count):
             added.append(_farthest(mesh, taken + added))
-    return _add_numbered(obj, added[:count])
+    return _add_numbered(obj, added)
 
 
 def add_on(obj: Object, vertices: Sequence[int]) -> list[Object]:

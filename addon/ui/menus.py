@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The menu Object > Tug, by which F3 finds everything too."""
+"""The menu Object > Tug, in Edit Mode Mesh > Tug, by which F3 finds everything too."""
 
 from __future__ import annotations
 
@@ -54,21 +54,24 @@ class TUG_MT_tug(Menu):
         layout.operator("tug.open_sample")
 
 
-def draw_in_object_menu(menu: Menu, _context: Context) -> None:
+def draw_tug(menu: Menu, _context: Context) -> None:
     menu.layout.separator()
     menu.layout.menu("TUG_MT_tug")
 
 
+HOMES = ("VIEW3D_MT_object", "VIEW3D_MT_edit_mesh")
 CLASSES = (TUG_MT_add_handles, TUG_MT_tug)
 
 
 def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
-    bpy.types.VIEW3D_MT_object.append(draw_in_object_menu)
+    for menu in HOMES:
+        getattr(bpy.types, menu).append(draw_tug)
 
 
 def unregister() -> None:
-    bpy.types.VIEW3D_MT_object.remove(draw_in_object_menu)
+    for menu in HOMES:
+        getattr(bpy.types, menu).remove(draw_tug)
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

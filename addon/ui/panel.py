@@ -189,7 +189,7 @@ class TUG_PT_poses(OnRig, Panel):
         row.operator("tug.paste_pose", text="Paste", icon="PASTEDOWN").flipped = False
         row.operator("tug.paste_pose", text="", icon="PASTEFLIPDOWN").flipped = True
         column = layout.column(align=True)
-        column.operator("tug.pose_from_key", icon="SHAPEKEY_DATA")
+        column.operator_menu_enum("tug.pose_from_key", "key", icon="SHAPEKEY_DATA")
         column.operator("tug.mirror_pose", icon="MOD_MIRROR")
         column.operator("tug.reset_pose", icon="LOOP_BACK")
         column = layout.column(align=True)

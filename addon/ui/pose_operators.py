@@ -48,7 +48,7 @@ class TUG_OT_pose_from_key(RigOperator, Operator):
 
     def invoke(self, context: Context, _event: Event) -> set[str]:
         context.window_manager.invoke_search_popup(self)
-        return {"FINISHED"}
+        return {"RUNNING_MODAL"}
 
     def act(self, context: Context, obj: Object) -> None:
         put(context, obj, poses.of_key(obj, self.key))
@@ -136,7 +136,7 @@ class TUG_OT_save_pose(RigOperator, Operator):
     def act(self, _context: Context, obj: Object) -> str:
         block = poses.save(obj, self.key_name)
         if self.use:
-            rig.bind(obj)
+            bpy.ops.tug.bind("INVOKE_DEFAULT")
         else:
             inputs.tick(obj, block.name, use=False)
         return f'Saved as "{block.name}"'

@@ -105,6 +105,31 @@ def test_the_panel_in_every_state(ui: Window) -> Iterator[None]:
     ui.picture("panel-duplicate")
 
 
+def test_the_menus(ui: Window) -> Iterator[None]:
+    add_tube(12)
+    for menu in ("TUG_MT_add_handles", "TUG_MT_tug"):
+        with ui.context():
+            bpy.ops.wm.call_menu(name=menu)
+        yield 0.3
+        ui.picture(f"panel-{menu}")
+        ui.tap("ESC")
+        yield
+
+
+def test_the_search_finds_what_an_artist_looks_for(ui: Window) -> Iterator[None]:
+    add_tube(40)
+    yield from ui.frame_all()
+    ui.move(*ui.pixels_of((0, 0, 0)))
+    yield
+    ui.tap("F3")
+    yield 0.3
+    ui.type("tug set up")
+    yield 0.5
+    ui.picture("panel-search")
+    ui.tap("RET")
+    yield from wait_for(lambda: bpy.data.objects["Tube"].tug.bound)
+
+
 def test_a_bind_runs_beside_the_window_and_is_one_undo_step(ui: Window) -> Iterator[None]:
     yield from show_panel(ui)
     add_tube(200)
@@ -206,6 +231,31 @@ def test_a_new_name_of_a_shape_key_is_taken_over_at_once(ui: Window) -> Iterator
     obj.data.shape_keys.key_blocks["Long"].name = "Longer"
     yield
     assert obj.tug.examples == '["Basis", "Longer"]'
+
+
+def test_a_pose_is_chosen_by_name_and_saved_as_an_example(ui: Window) -> Iterator[None]:
+    add_tube(40)
+    with ui.context():
+        bpy.ops.tug.set_up(count=3)
+    yield from ui.frame_all()
+    rest = shown("Tube")
+    with ui.context():
+        bpy.ops.tug.pose_from_key("INVOKE_DEFAULT")
+    yield 0.3
+    ui.type("long")
+    yield 0.3
+    ui.tap("RET")
+    yield 0.2
+    assert np.ptp(shown("Tube")[:, 2]) > 1.4 * np.ptp(rest[:, 2])
+    bpy.data.objects["Handle 1"].location.x += 3
+    yield
+    with ui.context():
+        bpy.ops.tug.save_pose("INVOKE_DEFAULT")
+    yield 0.3
+    ui.tap("RET")
+    yield from wait_for(lambda: "Pose" in bpy.data.objects["Tube"].tug.examples)
+    yield from wait_for(lambda: not binding(ui))
+    ui.picture("panel-pose")
 
 
 def test_the_sample_is_opened_bound_and_pulled(ui: Window) -> Iterator[None]:
