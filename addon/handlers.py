@@ -68,14 +68,16 @@ def _pose_all(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 
 
 @persistent
-def _pose_updated(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+def _pose_updated(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """Something moved, was edited or set. A rig is updated with its handles: see `reach`."""
     updated = [update.id.original for update in depsgraph.updates]
-    objects = [obj for obj in updated if isinstance(obj, bpy.types.Object)]
-    for obj in objects:
+    rigs = [obj for obj in updated if isinstance(obj, bpy.types.Object) and obj.tug.bound]
+    for obj in rigs:
         if obj.mode in EDITING:
             live.invalidate(obj)
-    _pose((obj for obj in objects if obj.tug.live and obj.mode not in EDITING), depsgraph)
+    meshes = {obj.data for obj in rigs if obj.tug.live and obj.mode not in EDITING}
+    if meshes:  # not the object that was updated, but the first with its mesh is posed
+        _pose((o for o in scene.objects if o.data in meshes and o.tug.live), depsgraph)
 
 
 def _pose(objects: Iterable[bpy.types.Object], depsgraph: bpy.types.Depsgraph) -> None:

@@ -162,6 +162,11 @@ def make_own(obj: Object) -> None:
     others = sharing(obj)
     if not others:
         raise RigError(f'"{obj.name}" shares its handles with nothing')
+    if obj.data in [other.data for other in others]:
+        raise RigError(
+            f'"{obj.name}" shares its mesh too, which can have one pose only: make the mesh '
+            "single-user first (Object > Relations > Make Single User)"
+        )
     carry = obj.matrix_world @ others[0].matrix_world.inverted()
     obj.tug.collection = None
     collection = rig.handle_collection(obj)

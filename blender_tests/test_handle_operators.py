@@ -309,6 +309,18 @@ def test_own_handles_are_refused_where_none_are_shared():
         bpy.ops.tug.make_handles_own()
 
 
+def test_a_linked_duplicate_gets_handles_with_a_mesh_of_its_own():
+    obj = bound_rig()
+    copy = obj.copy()
+    bpy.context.scene.collection.objects.link(copy)
+    activate(copy)
+    with pytest.raises(RuntimeError, match="make the mesh single-user first"):
+        bpy.ops.tug.make_handles_own()
+    copy.data = copy.data.copy()
+    bpy.ops.tug.make_handles_own()
+    assert not handles.sharing(copy)
+
+
 def test_the_weights_of_handles_are_read_back_as_painted():
     obj = add_rig(dictionary="HANDLES")
     rig.bind(obj)

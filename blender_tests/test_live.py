@@ -110,6 +110,22 @@ def test_a_moved_object_is_posed_anew_as_handles_stay_behind():
     np.testing.assert_allclose(evaluated(obj)[0], [0.5, 0, 0] - np.array(AWAY), atol=1e-5)
 
 
+def test_a_linked_duplicate_that_is_moved_keeps_its_shape():
+    obj = bound_rig()
+    move()
+    before = evaluated(obj)
+    copy = obj.copy()
+    bpy.context.scene.collection.objects.link(copy)
+    bpy.context.view_layer.update()
+    copy.location += AWAY
+    bpy.context.view_layer.update()
+    np.testing.assert_array_equal(evaluated(obj), before)
+    np.testing.assert_array_equal(evaluated(copy), before)
+    move("Middle")
+    assert_close(evaluated(obj), expected(obj))
+    np.testing.assert_array_equal(evaluated(copy), evaluated(obj))
+
+
 def test_an_example_that_was_sculpted_shows_when_sculpting_ends():
     obj = bound_rig()
     pull_to(obj, "Swell")
