@@ -138,24 +138,30 @@ class Live:
 
     def shown(self, solution: Solution) -> np.ndarray:
         """#V by 3 positions of a solution, in object space."""
-        positions, scale = self.rest.copy(), solution.scale
+        scale = solution.scale
         with self.lock:
             self.solver.set_firmness(solution.firmness)
             # A pose is found for the shapes as given: this is the one for larger shapes, shrunk.
             self.solver.pose(solution.targets / scale, solution.blend, solution.rotations)
-            positions[:, self.axes] = scale * self.solver.positions()
-        return positions
+            return self._in_space(scale * self.solver.positions())
 
     def pose(self, pull: Pull) -> tuple[np.ndarray, SolveInfo]:
         """#V by 3 positions, in object space."""
         started = time.perf_counter()
-        positions = self.rest.copy()
         with self.lock:
             self.solver.set_firmness(pull.firmness)
             info = self.solver.solve(pull.targets[:, self.axes])
-            positions[:, self.axes] = self.solver.positions()
+            positions = self._in_space(self.solver.positions())
         self.last = LastSolve(info, time.perf_counter() - started)
         return positions, info
+
+    def _in_space(self, positions: np.ndarray) -> np.ndarray:
+        """#V by 3, where a flat mesh is solved in its plane."""
+        if len(self.axes) == 3:
+            return positions
+        found = self.rest.copy()
+        found[:, self.axes] = positions
+        return found
 
 
 # By session_uid, which survives renaming and undo; a Blender object would not.

@@ -188,6 +188,13 @@ class Root:
     def command(self, script: Path, *arguments: str) -> list[str]:
         return [*self.program(), *background(script, arguments)]
 
+    def in_window(self, script: Path, *arguments: str) -> list[str]:
+        """The command that runs `script` in a window, of Blender as it comes."""
+        display = ["xvfb-run", "-a", "-s", f"-screen 0 {SCREEN}x24 +extension GLX +render -noreset"]
+        options = ["--factory-startup", "-noaudio", "--python-exit-code", "1"]
+        script_last = ["--python", str(script), "--", *arguments]
+        return [*self._sandbox(), *display, "blender", *options, *script_last]
+
     def window_command(self, extension: Path, script: Path, *arguments: str) -> list[str]:
         """The command that installs the zip of an extension and runs `script` in a window."""
         start = CHECKOUT / "blender_tests" / "window" / "start.sh"
