@@ -145,7 +145,9 @@ def unbind(obj: bpy.types.Object) -> None:
 
 def positions(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> np.ndarray:
     """The pose for the handles as `depsgraph` has them: #V by 3 in object space. Writes nothing."""
-    return _pose(obj, depsgraph)[0]
+    current = live.current(obj, depsgraph.scene)
+    with _explaining(obj):
+        return current.pose(_pull(obj, depsgraph))[0]
 
 
 def solution(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Solution:
@@ -162,10 +164,16 @@ def shown(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, given: Solution
         return current.shown(given)
 
 
-def solve(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> SolveInfo:
-    """Write the pose for the handles as `depsgraph` has them to the result key."""
-    pose, info = _pose(obj, depsgraph)
-    show(obj, pose, depsgraph)
+def solve(
+    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, pull: Pull | None = None
+) -> SolveInfo:
+    """Write the pose for the handles as `depsgraph` has them to the result key. pull: what they ask
+    for, where it was read already."""
+    current = live.current(obj, depsgraph.scene)
+    pull = pull or _pull(obj, depsgraph)
+    with _explaining(obj):
+        pose, info = current.pose(pull)
+    _write(obj, pose, pull)
     return info
 
 
@@ -173,8 +181,9 @@ def follow(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
     """`solve`, unless the result key already shows the pose for these handles and settings. What it
     shows is kept with the object, so after undo, redo or load nothing is solved."""
     live.check(obj, depsgraph.scene)
-    if obj.tug.get(live.POSED) != _asked(obj, _pull(obj, depsgraph)):
-        solve(obj, depsgraph)
+    pull = _pull(obj, depsgraph)
+    if obj.tug.get(live.POSED) != _asked(obj, pull):
+        solve(obj, depsgraph, pull)
 
 
 def show(obj: bpy.types.Object, pose: np.ndarray, depsgraph: bpy.types.Depsgraph) -> None:
@@ -194,12 +203,6 @@ def _asked(obj: bpy.types.Object, pull: Pull) -> str:
     """Digest of what a pose depends on besides the model."""
     options = np.array([*live.solver_options(obj).values()], np.float64)
     return pull.digest() + inputs.digest(options)
-
-
-def _pose(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[np.ndarray, SolveInfo]:
-    current = live.current(obj, depsgraph.scene)
-    with _explaining(obj):
-        return current.pose(_pull(obj, depsgraph))
 
 
 @contextmanager
