@@ -52,7 +52,6 @@ def test_before_the_first_pose_nothing_is_known():
     bpy.ops.wm.read_homefile(use_empty=True)
     obj = bound_rig()
 
-
     live.forget_all()
     assert blends.around(obj, bpy.data.objects["Tip"])[0] == []
     assert colours(obj, "EXAMPLES") is None
