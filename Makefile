@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# make demo | test | package | bench | measurements | figures | build | lint | sanitize. Each installs
-# what it lacks and then calls CMake. make package leaves the extension in build/package.
+# make demo | test | package | screenshots | bench | measurements | figures | build | lint | sanitize.
+# Each installs what it lacks and then calls CMake.
+# make package leaves the extension in build/package; make screenshots takes those of the manual.
 # make test ONLY=words runs the steps with these words in their name; make figures ONLY="NAME..."
 # draws the figures of these names.
 
-.PHONY: demo test package bench measurements figures build lint sanitize ready ready-for-tests
+.PHONY: demo test package screenshots bench measurements figures build lint sanitize
+.PHONY: ready ready-for-tests
 
 demo: build
 	python3 blender_tests/run_script.py sample_scenes/demo.py
@@ -14,6 +16,9 @@ test: ready-for-tests
 
 package: build ready-for-tests
 	python3 packaging/package.py
+
+screenshots: package
+	python3 blender_tests/window/screenshots.py
 
 bench: build
 	python3 native/bench/in_environment.py bench.py

@@ -66,13 +66,14 @@ def tests(word: str) -> list[tuple[str, Test]]:
 
 def set_preferences() -> None:
     """No splash, prompts, auto-saves or animated views; anti-aliasing would draw the window eight
-    times for every event."""
+    times for every event. The sidebar stands beside what is framed, not over it."""
     preferences = bpy.context.preferences
     preferences.view.show_splash = False
     preferences.view.smooth_view = 0
     preferences.view.use_save_prompt = False
     preferences.filepaths.use_auto_save_temporary_files = False
     preferences.system.viewport_aa = "OFF"
+    preferences.system.use_region_overlap = False
 
 
 class Session:

@@ -28,6 +28,8 @@ def test_from_installing_to_the_first_drag_in_six_clicks(ui: Window) -> Iterator
 
     clicks = 1  # on OK; here it is installed already
     yield from drop_zip(ui)
+    ui.move(ui.pointer[0] - 61, ui.pointer[1] - 92)
+    yield 0.1
     picture()
     ui.tap("ESC")
     yield 0.2
@@ -47,7 +49,7 @@ def test_from_installing_to_the_first_drag_in_six_clicks(ui: Window) -> Iterator
     picture()
     ui.press("LEFTMOUSE")
     clicks += 1
-    yield from ui.travel(-60, 60)
+    yield from ui.travel(-20, 70)
     yield 0.2
     picture()
     ui.release("LEFTMOUSE")
@@ -55,6 +57,48 @@ def test_from_installing_to_the_first_drag_in_six_clicks(ui: Window) -> Iterator
     assert np.abs(key_of(FOX) - before).max() > 0.1
     assert clicks <= 6
     ui.strip("manual_first_drag", pictures, columns=3)
+
+
+def test_the_tutorial(ui: Window) -> Iterator[None]:
+    yield from open_panel(ui)
+    with ui.context():
+        bpy.ops.tug.open_sample()
+    yield 0.2
+    with ui.context():
+        bpy.ops.tug.bind("INVOKE_DEFAULT")
+    yield from ui.wait_until(lambda: bpy.data.objects[FOX].tug.bound)
+    yield from ui.frame_all()
+    ui.picture("manual_panel", only=ui.side("UI"))
+    for name, dx, dy in (("Tail", -60, 30), ("Front Paw.L", -90, 70)):
+        ui.point_at(bpy.data.objects[name])
+        yield 0.1
+        yield from ui.drag(dx, dy)
+    ui.point_at_view()
+    yield 0.1
+    ui.picture("manual_pose")
+
+    bpy.context.window_manager.tug_colours = "EXAMPLES"
+    ui.area.tag_redraw()
+    yield 0.3
+    ui.picture("manual_colours")
+    bpy.context.window_manager.tug_colours = "NONE"
+
+    scene = bpy.context.scene
+    scene.frame_end = 40
+    for frame, key in ((1, "Sitting"), (20, "Pouncing"), (40, "Sitting")):
+        scene.frame_set(frame)
+        with ui.context():
+            bpy.ops.tug.pose_from_key(key=key)
+            bpy.ops.tug.keyframe_handles()
+        yield 0.1
+    scene.frame_set(11)
+    for handle in bpy.data.objects[FOX].tug.handles:
+        handle.empty.select_set(True)
+    yield 0.3
+    ui.picture("manual_animation")
+    between = key_of(FOX)
+    scene.frame_set(20)
+    assert np.abs(key_of(FOX) - between).max() > 0.1
 
 
 def drop_zip(ui: Window) -> Iterator[float]:

@@ -19,6 +19,7 @@ from console import Console
 # Shades of a picture that shows a window; one of a failed grab has one or two.
 FEWEST_COLOURS = 50
 STEP = 8  # pixels, less than a button is high
+RED = "#ff5555"
 FONT = "/usr/share/fonts/truetype/dejavu/DejaVuSans-Bold.ttf"
 TAB = 10  # pixels from the right edge of the sidebar to the middle of its tabs
 
@@ -203,38 +204,47 @@ class Window:
     def find_tool(self, name: str) -> Iterator[float]:
         yield from self.find_button(f'bpy.ops.wm.tool_set_by_id(name="{name}"', "TOOLS")
 
-    def picture(self, name: str, ring: bool = False) -> Path:
-        """Save what the display shows as NAME.png, with a ring around the pointer where asked.
+    def picture(
+        self, name: str, *, ring: bool = False, only: bpy.types.Region | None = None
+    ) -> Path:
+        """Save what the display shows, or one region of it, as NAME.png, with a ring around the
+        pointer where asked.
 
         Blender's own screenshot is black under recent Mesa, without an error.
         """
         path = self.pictures / f"{name}.png"
-        subprocess.run(["import", "-window", "root", str(path)], check=True, timeout=60)
-        colours = int(
-            subprocess.run(
-                ["identify", "-format", "%k", str(path)], check=True, capture_output=True
-            ).stdout
-        )
+        image_magick("import", "-window", "root", path)
+        colours = int(image_magick("identify", "-format", "%k", path))
         assert colours >= FEWEST_COLOURS, f"{path} has {colours} colours"
+        finish = ["+dither", "-colors", "255"]  # a tenth of the bytes
         if ring:
             x, y = self.pointer[0], self.window.height - 1 - self.pointer[1]
-            draw = ["-fill", "none", "-stroke", "#ff5555", "-strokewidth", "4"]
-            draw += ["-draw", f"circle {x},{y} {x + 20},{y}"]
-            subprocess.run(["mogrify", *draw, str(path)], check=True, timeout=60)
+            finish += ["-fill", "none", "-stroke", RED, "-strokewidth", "4"]
+            finish += ["-draw", f"circle {x},{y} {x + 20},{y}"]
+        if only is not None:
+            top = self.window.height - only.y - only.height
+            finish += ["-crop", f"{only.width}x{only.height}+{only.x}+{top}", "+repage"]
+        image_magick("mogrify", *finish, path)
         return path
 
     def strip(self, name: str, pictures: Sequence[Path], columns: int) -> Path:
         """Some pictures, numbered, in rows of one."""
         label = ["-gravity", "northwest", "-pointsize", "60", "-font", FONT]
-        label += ["-fill", "white", "-undercolor", "#ff5555", "-annotate", "+0+0"]
+        label += ["-fill", "white", "-undercolor", RED, "-annotate", "+0+0"]
         tiles = [
-            ["(", str(picture), *label, f" {number} ", "-resize", "62.5%", ")"]
+            ["(", picture, *label, f" {number} ", "-resize", "62.5%", ")"]
             for number, picture in enumerate(pictures, start=1)
         ]
         rows = []
         for first in range(0, len(tiles), columns):
             rows += ["(", *itertools.chain(*tiles[first : first + columns]), "+append", ")"]
         path = self.pictures / f"{name}.png"
-        finish = ["-append", "-colors", "128", str(path)]
-        subprocess.run(["convert", *rows, *finish], check=True, timeout=120)
+        image_magick("convert", *rows, "-append", "+dither", "-colors", "255", path)
         return path
+
+
+def image_magick(*words: object) -> bytes:
+    """What one of its programs prints."""
+    return subprocess.run(
+        list(map(str, words)), check=True, stdout=subprocess.PIPE, timeout=120
+    ).stdout
