@@ -238,7 +238,8 @@ class Solver(Owner):
         return blend
 
     def costs(self) -> np.ndarray:
-        """#G by #S costs of the shapes in the last solve: sqrt(D_gs) of (A 10), D_gs if squared."""
+        """#G by #S costs of the shapes in the last solve: sqrt(D_gs) of (A 10), D_gs if squared.
+        The average, minimal and closest forms have none."""
         costs = np.empty((self.sizes.groups, self.sizes.shapes))
         native.library().tug_get_costs(self._pointer, costs)
         return costs

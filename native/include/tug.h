@@ -363,7 +363,8 @@ typedef enum tug_form {
     TUG_FORM_AVERAGE = 4,
     /* The minimal energy (F 12), by their algorithm 2: each shape alone is carried to the targets,
      * in the whole dictionary, and the one that fits best is taken. An example is found exactly.
-     * The pose jumps where another shape becomes the best. */
+     * The pose jumps where another shape becomes the best. After ten rounds a shape goes on by
+     * Newton's method, so that the tolerance is reached. */
     TUG_FORM_MINIMAL = 5,
     /* Their schedule: a round of the average, a round of the minimum, and all others with the shape
      * that is best by then; ten in all. The quickest of the three. */

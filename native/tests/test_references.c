@@ -194,6 +194,53 @@ static void scale_is_a_ratio_of_sums(void)
     }
 }
 
+/* Energies are not divided by the scale: with targets in the shapes' size, and the energy back in
+ * the targets', no fixed one does better than the one that is found. */
+static void no_other_scale_is_better(void)
+{
+    uint64_t random = 16;
+    for (int i = 0; i < 3 * 2; i++) {
+        bench b;
+        double targets[3 * MAX_WEIGHTS];
+        prepare_numbered(&b, i, &random);
+        b.options.scale = 1;
+        CHECK(b.options.form != TUG_FORM_CLOSEST && solve(&b) && b.info.converged);
+        double least = b.info.energy, scale = scale_of(&b);
+        memcpy(targets, b.targets, sizeof targets);
+        b.options.scale = 0;
+        restart(&b);
+        for (int step = -4; step <= 4; step++) {
+            double fixed = scale * (1.0 + 0.1 * step);
+            for (int32_t c = 0; c < b.f.rows * b.f.dimension; c++) {
+                b.targets[c] = targets[c] / fixed;
+            }
+            CHECK(solve(&b) && b.info.converged);
+            double energy = fixed * fixed * b.info.energy / least;
+            CHECK(step == 0 ? fabs(energy - 1.0) < 1e-6 : energy > 1.0 + 1e-6);
+        }
+        clear(&b);
+    }
+}
+
+/* By Newton's method, however far the shapes are from the targets: local and global steps alone
+ * take hundreds, and Newton's without the scale's part of the Hessian some more. */
+static void single_shapes_converge_soon(void)
+{
+    uint64_t random = 17;
+    for (int i = 0; i < 3 * 2 * 2 * 4; i++) {
+        bench b;
+        make_numbered(&b.f, i % 3);
+        prepare(&b, i / 3 % 2 ? TUG_FORM_CLOSEST : TUG_FORM_MINIMAL);
+        b.options.scale = i / 6 % 2;
+        b.options.max_rounds = 200;
+        b.options.tolerance = 1e-9;
+        mix_targets(&b.f, &random, 0.3, b.targets);
+        CHECK(solve(&b));
+        CHECK(b.info.converged && b.info.rounds <= 23);
+        clear(&b);
+    }
+}
+
 /* Each of the energies of (F 12), from a solver that has the others' shapes in the dictionary but
  * is told to start anywhere: the smallest of all is the form's. */
 static void the_minimum_is_the_smallest(void)
@@ -391,6 +438,8 @@ int main(int argc, char **argv)
     RUN(the_closest_falls_from_its_choice_on);
     RUN(the_answer_is_a_minimum);
     RUN(scale_is_a_ratio_of_sums);
+    RUN(no_other_scale_is_better);
+    RUN(single_shapes_converge_soon);
     RUN(the_minimum_is_the_smallest);
     RUN(sizes_come_out);
     RUN(scaled_examples_come_back);

@@ -50,7 +50,8 @@ static void follow_scale(tug_solver *solver, const rotation_energy *energy,
     rotation_workspace *w = &solver->turning;
     int32_t k = energy->k, kk = k * k, t = tangent_size(k), size = energy->groups * t;
     int32_t S = solver->model->header.shapes;
-    double *u = w->columns, *y = w->trial, curvature = 0.0;
+    double *u = w->columns, *y = w->trial;
+    double curvature = LEAST_PRIOR * solver->references.stiffness[set->first];
     for (int32_t g = 0; g < energy->groups; g++) {
         const double *R = solver->group_R + g * kk, *CR = w->CR + g * kk;
         double change[9], turned[9];
@@ -59,7 +60,7 @@ static void follow_scale(tug_solver *solver, const rotation_energy *energy,
         }
         multiply(k, R, change, turned);
         axial_vector(k, turned, u + g * t);
-        curvature += trace_of_product(k, R, CR) + LEAST_PRIOR * solver->model->stiffness[g] * k;
+        curvature += trace_of_product(k, R, CR);
     }
     for (int32_t i = 0; i < size; i++) {
         u[i] /= sqrt(curvature);
