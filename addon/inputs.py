@@ -134,7 +134,8 @@ def topology(mesh: bpy.types.Mesh) -> str:
     starts = np.empty(len(mesh.polygons), np.int32)
     corners = np.empty(len(mesh.loops), np.int32)
     mesh.polygons.foreach_get("loop_start", starts)
-    mesh.loops.foreach_get("vertex_index", corners)
+    if len(corners):  # many times faster than the loops' own "vertex_index"
+        mesh.attributes[".corner_vert"].data.foreach_get("value", corners)
     return digest(starts, corners, np.array([len(mesh.vertices)]))
 
 
