@@ -14,10 +14,10 @@ NEGLIGIBLE = 1e-6
 
 def read(obj: bpy.types.Object, names: Sequence[str]) -> np.ndarray:
     """#V by len(names) float32, 0 where a vertex is not in the group. About 1 us a weight."""
+    if not names:
+        return np.zeros((len(obj.data.vertices), 0), np.float32)
     column = {obj.vertex_groups[name].index: number for number, name in enumerate(names)}
     weights = np.zeros((len(obj.data.vertices), len(names)), np.float32)
-    if not names:
-        return weights
     for row, vertex in enumerate(obj.data.vertices):
         for element in vertex.groups:
             number = column.get(element.group)
@@ -36,10 +36,9 @@ def write(obj: bpy.types.Object, names: Sequence[str], weights: np.ndarray) -> N
     """Make or overwrite a group for each column of `weights`, which is as `rounded` gives it."""
     everything = range(len(obj.data.vertices))
     for name, column in zip(names, weights.T, strict=True):
-        group = obj.vertex_groups.get(name)
-        if group is None:
-            group = obj.vertex_groups.new(name=name)
-        else:
+        if group := obj.vertex_groups.get(name):
             group.remove(everything)
+        else:
+            group = obj.vertex_groups.new(name=name)
         for row in np.flatnonzero(column).tolist():
             group.add((row,), float(column[row]), "REPLACE")
