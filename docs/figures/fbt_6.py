@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """FBT's Figure 6: a fox that looks aside, found from three examples that do not and a part of its
-surface, by eight points first and nonrigid ICP then."""
+surface, by eight features first and nonrigid ICP then."""
 
 from __future__ import annotations
 
@@ -36,8 +36,9 @@ def measure() -> Completion:
     task = Task.of(fox, EXAMPLES, fox.shapes[POSE], FEATURES)
     vertices, triangles = partial_scan(task)
     body = Body(task.examples, task.triangles)
-    features = Features.at_points(task.features, task.targets)
     scan = Scan.of_mesh(task.truth[vertices], triangles)
+    points = np.searchsorted(vertices, task.features)
+    features = Features.at_discs(body, task.features, scan, points, radius=RADIUS)
     start = features.pose(body, Settings().features)
     return Completion(task, vertices, triangles, start, register(body, scan, features))
 
@@ -93,7 +94,7 @@ def draw(done: Completion, path: Path) -> None:
         ),
         Panel("target", task.truth, task.triangles, stone),
         Panel("what is scanned", left, done.triangles, stone[: len(left)], task.targets),
-        Panel(f"by eight points\n{errors[0]:.1f} % off", done.start, **solid),
+        Panel(f"by 8 features\n{errors[0]:.1f} % off", done.start, **solid),
         Panel(f"after ICP\n{errors[1]:.1f} % off", done.found.positions, **solid),
     ]
     draw_strips([Strip(Camera(*VIEW), panels)], path)

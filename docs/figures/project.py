@@ -34,13 +34,13 @@ from library import (  # noqa: E402
     Settings,
     Solver,
     compute_eigenfunctions,
+    find_correspondence,
     find_rotations,
     make_functions,
     register,
 )
 
 from addon.interpolation import interpolate  # noqa: E402
-from addon.registration.correspondence import find_correspondence  # noqa: E402
 from addon.smoothing import Solution  # noqa: E402
 from addon.solver import fit_dictionary  # noqa: E402
 from sample_scenes import chameleon, creature, snake, squares  # noqa: E402

@@ -29,6 +29,7 @@ from rows_completion import completion_rows  # noqa: E402
 from rows_dictionaries import dictionary_rows  # noqa: E402
 from rows_eigenfunctions import eigenfunction_rows  # noqa: E402
 from rows_examples import table_1_rows, table_2_rows  # noqa: E402
+from rows_few_points import correspondence_rows, scale_rows  # noqa: E402
 from rows_pose import certificate_rows, leave_one_out_rows, pose_rows  # noqa: E402
 from rows_registration import nearest_rows, other_rows_rows  # noqa: E402
 from rows_time import (  # noqa: E402
@@ -69,6 +70,8 @@ PARTS = (
     (("leave_one_out",), lambda suite, wanted: leave_one_out_rows(suite)),
     (("dictionaries",), lambda suite, wanted: dictionary_rows(suite)),
     (("completion",), lambda suite, wanted: completion_rows(suite)),
+    (("scale",), lambda suite, wanted: scale_rows(suite)),
+    (("correspondence",), lambda suite, wanted: correspondence_rows(suite)),
     (("certificate",), lambda suite, wanted: certificate_rows(suite)),
 )
 NAMES = list(dict.fromkeys(name for names, _ in PARTS for name in names))

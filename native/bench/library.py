@@ -11,6 +11,7 @@ from addon import native  # noqa: E402
 from addon.dictionaries import Dictionary, Functions, make_functions  # noqa: E402
 from addon.geometry import Mesh, Points, Rows  # noqa: E402
 from addon.registration.body import Body  # noqa: E402
+from addon.registration.correspondence import find_correspondence  # noqa: E402
 from addon.registration.features import Features  # noqa: E402
 from addon.registration.nonrigid import Registration, Settings, register  # noqa: E402
 from addon.registration.scan import Scan  # noqa: E402
@@ -56,6 +57,7 @@ __all__ = [
     "cluster_triangles",
     "compute_eigenfunctions",
     "compute_weights",
+    "find_correspondence",
     "find_rotations",
     "find_skeleton",
     "fit_dictionary",

@@ -44,6 +44,11 @@ TARGETS = (
     ("leave_one_out", "mean error, tosca-dog", "<=", 0.0125),
     ("leave_one_out", "AMRAP better than every peer", ">=", 7),
     *(
+        ("scale", f"an example's alpha, 6 points of {case} examples", "<=", 0.01)
+        for case in ("tosca-dog 1.5 times as large as 4", "hand 0.7 times as large as 7")
+    ),
+    ("correspondence", "steady form, all other poses", ">=", 11),
+    *(
         ("completion", f"{what}: least {gain}", ">=", 0)
         for what in ("completed", "registered")
         for gain in (
@@ -113,6 +118,7 @@ def sections(rows: list[dict]) -> Iterable[str]:
     yield section("Growth: exponents", growth(rows))
     yield section("Growth: times", growth_times(rows))
     yield section("Completion and registration", completion(rows), COMPLETION_NOTE)
+    yield section("From few points", few_points(rows))
     missing = [[row["name"], row["metric"]] for row in rows if row["value"] is None]
     yield section("Not run", table(["name", "reason"], missing))
 
@@ -209,6 +215,16 @@ def sets(rows: list[dict]) -> str:
     return table(head, lines)
 
 
+def few_points(rows: list[dict]) -> str:
+    """How large a pose is, and which foot is which."""
+    lines = [
+        [f"`{row['name']}`", row["metric"], f"{row['value']:.3g} {row['unit']}".strip()]
+        for name in ("scale", "correspondence")
+        for row in of(rows, name)
+    ]
+    return table(["name", "what", "value"], lines)
+
+
 def completion(rows: list[dict]) -> str:
     """Methods by distances, for every collection."""
     lines = []
@@ -277,6 +293,8 @@ def by_examples(rows: list[dict], unit: str) -> str:
 def timed(rows: list[dict]) -> str:
     elsewhere = (
         "completion",
+        "scale",
+        "correspondence",
         "leave_one_out",
         "continuity",
         "growth",

@@ -9,7 +9,7 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +29,7 @@ from methods import Choice, Tally, Tug  # noqa: E402
 from quality import drag_dependence  # noqa: E402
 from rigs import Rig  # noqa: E402
 from rows_examples import DICTIONARIES, distortions  # noqa: E402
+from rows_few_points import choose, scale_errors, told_apart  # noqa: E402
 from suite import Row, compare  # noqa: E402
 
 
@@ -224,6 +225,32 @@ def test_report_has_the_tables_of_forms_and_dictionaries(tmp_path):
     assert "| hand | skeleton | 4 | 2 |\n| hand | one example | 5 | - |" in text
     assert "| hand | a run | 0.25 | 0.5 |" in text
     assert "Times and sizes beside peers" not in text
+
+
+def test_few_points_of_an_example_tell_its_size_and_which_is_which():
+    poses = tube(600, 4)
+    examples, others = choose(poses, 2)
+    assert sorted(examples + others) == [0, 1, 2, 3]
+    errors = scale_errors(poses, examples, others, 6, 1.5)
+    assert errors.shape == (2, 4)
+    assert errors[:, :2].max() < 1e-4 < errors[:, 2:].max()
+    assert list(told_apart(poses, [0, 1, 2], [1, 2], Form.STEADY)) == [True, True]
+
+
+def test_examples_are_chosen_whatever_way_they_face():
+    poses = tube(200, 4)
+    turned = replace(poses, shapes=poses.shapes.copy())
+    turned.shapes[2] = poses.shapes[2][:, [1, 2, 0]] + 3.0
+    assert choose(turned, 3) == choose(poses, 3)
+
+
+def test_report_has_what_few_points_tell(tmp_path):
+    bench, report = tmp_path / "bench.json", tmp_path / "report.md"
+    metric = "error of an example's alpha, 6 points of hand 0.7 times as large as 7 examples"
+    bench.write_text(json.dumps([asdict(Row("scale", metric, "", 2e-15))]))
+    assert run("report.py", str(bench), "--out", str(report)).returncode == 0
+    assert f"| `scale` | {metric} | 2e-15 | <= 0.01 | yes |" in report.read_text()
+    assert f"| `scale` | {metric} | 2e-15 |\n" in report.read_text()
 
 
 def run(script: str, *arguments: str, **environment: str) -> subprocess.CompletedProcess:

@@ -185,18 +185,18 @@ def test_the_scale_of_few_points_is_found(figure):
 
 def test_feet_are_told_apart_and_turn_on_their_way():
     gallop = fbt_5.numbers(fbt_5.measure())
-    for row in gallop["correspondence"]["steady"].values():
+    for row in (row for by_pose in gallop["correspondence"].values() for row in by_pose.values()):
         assert row["solved"]
         assert row["right_to_best_wrong"] < 1
-    assert gallop["half_way"]["rotations"] < 0.75 * gallop["half_way"]["straight"]
+    assert gallop["half_way"]["rotations"] < 0.8 * gallop["half_way"]["straight"]
     assert gallop["longest_step_to_mean"] < 1.5
 
 
-def test_icp_turns_the_head_that_points_left_open():
+def test_icp_turns_the_head_that_features_left_open():
     fox = fbt_6.numbers(fbt_6.measure())
     assert fox["part"] > 0.5
     assert fox["final"]["mean"] < 0.5 * fox["start"]["mean"]
-    assert fox["matches_right"] > 0.8
+    assert fox["matches_right"] > 0.85
 
 
 @pytest.mark.parametrize("name", fbt_8.FIGURES)
