@@ -41,6 +41,7 @@ from rows_time import (  # noqa: E402
     single_shape_rows,
 )
 from rows_weights import reference_rows, weights_rows  # noqa: E402
+from rows_window import window_bind_rows  # noqa: E402
 from suite import Row, Suite, not_run  # noqa: E402
 
 # Names of rows, in the order in which they are measured, by what measures them. The certificate is
@@ -66,6 +67,7 @@ PARTS = (
         lambda suite, wanted: eigenfunction_rows(suite, "eigenfunctions_25k", 25_000),
     ),
     (tuple(BLENDER_ROWS), blender_rows),
+    (("window_bind_100k",), lambda suite, wanted: window_bind_rows()),
     (("history", "continuity", "unconverged", "recognition"), pose_rows),
     (("leave_one_out",), lambda suite, wanted: leave_one_out_rows(suite)),
     (("dictionaries",), lambda suite, wanted: dictionary_rows(suite)),
