@@ -14,6 +14,8 @@ CHECKOUT = Path(__file__).resolve().parents[2]
 BENCH = CHECKOUT / "build" / "bench.json"
 MEASUREMENTS = CHECKOUT / "docs" / "measurements.md"
 
+DEFAULT, AMRAP = "steady_lbo", "amrap"  # as in methods.py, which needs more than Python's own
+
 # What is to be reached: a row's name, the end of its metric, "at most" or "at least", the bound.
 TARGETS = (
     ("history", "all sets", "<=", 1e-5),
@@ -40,11 +42,14 @@ TARGETS = (
     ("table_1", "a run, times faster than published, the least", ">=", 10),
     ("table_2", "that come no nearer with all examples than with one", "<=", 0),
     ("table_2", "from one example to all, grows by at most", "<=", 2),
-    ("leave_one_out", "mean error, lion", "<=", 0.0175),
-    ("leave_one_out", "mean error, cat", "<=", 0.0160),
-    ("leave_one_out", "mean error, horse", "<=", 0.0120),
-    ("leave_one_out", "mean error, tosca-dog", "<=", 0.0125),
-    ("leave_one_out", "AMRAP better than every peer", ">=", 7),
+    ("leave_one_out", "mean error, lion", "<=", 0.0166),
+    ("leave_one_out", "mean error, cat", "<=", 0.0153),
+    ("leave_one_out", "mean error, horse", "<=", 0.0111),
+    ("leave_one_out", "mean error, tosca-dog", "<=", 0.0117),
+    ("leave_one_out", "mean error, cactus", "<=", 0.0028),
+    ("leave_one_out", "the default pair better than every peer", ">=", 7),
+    ("dictionaries", "above the lowest, largest over the sets", "<=", 0.05),
+    ("dictionaries", "the default pair is the lowest", ">=", 0.5),
     *(
         ("scale", f"an example's alpha, 6 points of {case} examples", "<=", 0.01)
         for case in ("tosca-dog 1.5 times as large as 4", "hand 0.7 times as large as 7")
@@ -70,9 +75,18 @@ diagonal of a set's first pose. The meshes are not part of the project.
 """
 
 LEFT_OUT_NOTE = """\
-Methods are ranked on the sets in italics. `paper`, `no_rotations` and `no_costs` (lambda = 0) are
-forms of Tug; `linear_shape_space` is `no_costs` without its prior, a choice that was made after
-seeing results and favours Tug.
+Methods are ranked on the sets in italics. `steady_lbo` is the default pair, the steady energy on
+eigenfunctions. All others have the weights of the handles: `amrap`, the steady energy, `paper`,
+`no_rotations`, `no_costs` (lambda = 0) and `trust_region` are forms of Tug; `linear_shape_space` is
+`no_costs` without its prior, a choice that was made after seeing results and favours Tug.
+
+"""
+
+DICTIONARIES_NOTE = """\
+Means over poses left out. A method is an energy, a dictionary, and `soft` where rows are springs
+ten times as stiff as the surface; `fbt` and what lacks a part of it are the ablations of its
+Figure 8. The lowest pair of each set is bold. Unconverged: the most poses of a set that did not
+come to rest; `closest` and `fbt` stop after ten rounds by design.
 
 """
 
@@ -110,8 +124,10 @@ def sections(rows: list[dict]) -> Iterable[str]:
         yield f"Machine: {machine['metric']}, {machine['value']} processors.\n"
     yield section("Targets", targets(rows))
     yield section("Error on poses left out, mean", left_out(rows), LEFT_OUT_NOTE)
-    yield section("Error on poses left out, AMRAP", own_errors(rows))
-    yield section("Every set, with all its examples", sets(rows))
+    yield section(f"Error on poses left out, {DEFAULT}", own_errors(rows))
+    yield section("Every energy on every dictionary", dictionaries(rows), DICTIONARIES_NOTE)
+    for method in (DEFAULT, AMRAP):
+        yield section(f"Every set, with all its examples, {method}", sets(rows, method))
     yield section("Jumps a path, beside others on the same paths", jumps(rows))
     yield section("FBT's Table 1: times of its forms", published_times(rows), PUBLISHED_NOTE)
     yield section("FBT's Table 2: distortion by examples, %", by_examples(rows, "%"))
@@ -173,15 +189,15 @@ def left_out(rows: list[dict]) -> str:
     cell: dict[tuple[str, str], float] = {}
     for row in found:
         cell[row["sizes"]["set"], row["peer"]] = row["peer_value"]
-        cell[row["sizes"]["set"], "amrap"] = row["value"]
+        cell[row["sizes"]["set"], DEFAULT] = row["value"]
     ranked = {row["sizes"]["set"] for row in found if row["sizes"]["ranked"]}
     lines = []
     for name in names:
-        values = [cell.get((name, method)) for method in ["amrap", *methods]]
+        values = [cell.get((name, method)) for method in [DEFAULT, *methods]]
         least = min(value for value in values if value is not None)
         title = f"*{name}*" if name in ranked else name
         lines.append([title, *(f"**{v:.3g}**" if v == least else f"{v:.3g}" for v in values)])
-    return table(["set", "amrap", *methods], lines)
+    return table(["set", DEFAULT, *methods], lines)
 
 
 def own_errors(rows: list[dict]) -> str:
@@ -198,10 +214,30 @@ def own_errors(rows: list[dict]) -> str:
     return table(["set", "poses", *measures, "all converged"], lines)
 
 
-def sets(rows: list[dict]) -> str:
+def dictionaries(rows: list[dict]) -> str:
+    """Methods by sets."""
+    found = [row for row in of(rows, "dictionaries") if "method" in row["sizes"]]
+    cell = {(row["sizes"]["set"], row["sizes"]["method"]): row for row in found}
+    names, methods = (list(dict.fromkeys(key[i] for key in cell)) for i in (0, 1))
+    pairs = [method for method in methods if not method.startswith("fbt")]
+    least = [min(cell[name, method]["value"] for method in pairs) for name in names]
+    lines = []
+    for method in methods:
+        own = [cell[name, method] for name in names]
+        values = [f"{row['value']:.4f}" for row in own]
+        shown = [
+            f"**{value}**" if row["value"] == lowest else value
+            for row, value, lowest in zip(own, values, least, strict=True)
+        ]
+        lines.append([f"`{method}`", *shown, max(row["sizes"]["unconverged"] for row in own)])
+    return table(["method", *names, "unconverged"], lines)
+
+
+def sets(rows: list[dict], method: str) -> str:
     names = ("history", "recognition", "continuity", "unconverged")
-    value = {(row["sizes"].get("set"), name): row for name in names for row in of(rows, name)}
-    found = list(dict.fromkeys(row["sizes"].get("set") for row in of(rows, "history")))
+    own_rows = [row for row in rows if row["sizes"].get("method") == method]
+    value = {(row["sizes"].get("set"), name): row for name in names for row in of(own_rows, name)}
+    found = list(dict.fromkeys(row["sizes"].get("set") for row in of(own_rows, "history")))
     lines = []
     for name in filter(None, found):
         own = [value.get((name, what)) for what in names]
@@ -259,8 +295,8 @@ def jumps(rows: list[dict]) -> str:
         for row in of(rows, "continuity")
         if row["peer"]
     ]
-    head = ["peer", "uses the examples", "paths", "jumps, steady form", "jumps, peer"]
-    head += ["peer's frames unconverged", "steepest step, steady form", "steepest step, peer"]
+    head = ["peer", "uses the examples", "paths", f"jumps, {DEFAULT}", "jumps, peer"]
+    head += ["peer's frames unconverged", f"steepest step, {DEFAULT}", "steepest step, peer"]
     return table(head, lines)
 
 
@@ -297,6 +333,7 @@ def timed(rows: list[dict]) -> str:
         "completion",
         "scale",
         "correspondence",
+        "dictionaries",
         "leave_one_out",
         "continuity",
         "growth",

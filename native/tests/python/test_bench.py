@@ -169,9 +169,20 @@ def test_report_has_exponents_and_every_method_on_every_set(tmp_path):
         for method, error in (("paper", 0.01), ("fast", 0.04)):
             values = ("diagonals", 0.02, method, error, True, sizes)
             rows.append(compare("leave_one_out", f"mean error of each method, {name}", *values))
+    for method, error in (("steady_lbo", 0.01), ("average_lbo", 0.02), ("fbt", 0.005)):
+        sizes = {"set": "lion", "method": method, "unconverged": 3}
+        rows.append(Row("dictionaries", f"mean error, {method}, lion", "", error, sizes=sizes))
+    for method, worst in (("steady_lbo", 1e-9), ("amrap", 2e-9)):
+        sizes = {"set": "lion", "method": method, "examples": 6}
+        rows.append(Row("history", "largest vertex difference", "", worst, sizes=sizes))
     bench.write_text(json.dumps([asdict(row) for row in rows]))
     assert run("report.py", str(bench), "--out", str(report)).returncode == 0
     text = report.read_text()
+    assert "| `steady_lbo` | **0.0100** | 3 |" in text
+    assert "| `average_lbo` | 0.0200 | 3 |" in text
+    assert "| `fbt` | 0.0050 | 3 |" in text
+    assert "| lion | 6 | 1e-09 |" in text.partition("examples, steady_lbo")[2]
+    assert "| lion | 6 | 2e-09 |" in text.partition("examples, amrap")[2]
     assert "| exponent of | in n | in H | in S | in G |" in text
     assert "| solve | 1.5 | 1.5 | 1.5 | 1.5 |" in text
     assert "| solve | G | 1: 1 | 2: 2 | 4: 3 | 8: 4 |" in text
