@@ -357,9 +357,9 @@ typedef enum tug_form {
      * than the steady form, and its pose may jump as the paper's does. */
     TUG_FORM_TRUST_REGION = 3,
     /* The average energy (F 9) of Shtern et al., by their algorithm 1: how far the pose is from
-     * each shape as a whole, averaged. A rotation per group and shape; in all three no blends and no
-     * costs. It tends to smooth details out, and not even an example is found exactly; with `scale`
-     * it makes the shapes smaller than they should be. */
+     * each shape as a whole, averaged. A rotation per group and shape; in all three no blends and
+     * no costs. It tends to smooth details out, and not even an example is found exactly; with
+     * `scale` it makes the shapes smaller than they should be. */
     TUG_FORM_AVERAGE = 4,
     /* The minimal energy (F 12), by their algorithm 2: each shape alone is carried to the targets,
      * in the whole dictionary, and the one that fits best is taken. An example is found exactly.
