@@ -144,16 +144,18 @@ def alternation_microseconds(rig: Rig, frames: np.ndarray, rounds: int) -> float
 
 
 def position_rows(suite: Suite, name: str, vertices: int) -> Iterator[Row]:
-    """tug_get_positions with 7 handles and 6 shapes; NumPy's product of the same size beside it."""
-    (method,), frames = prepared(tube(int(suite.size * vertices), 6), 7, DEFAULT)
-    method.solve(frames[0])
-    milliseconds = 1e3 * float(np.median(position_seconds(method.solver, 50)))
-    sizes = vars(method.solver.sizes)
-    D = np.random.default_rng(0).random((sizes["vertices"], sizes["unknowns"]))
-    T = np.random.default_rng(1).random((sizes["unknowns"], 3))
-    peer = min(timed(lambda: D @ T) for _ in range(10))
+    """tug_get_positions with 7 handles and 6 shapes, of a function a handle and of the default
+    pair; NumPy's product of the same sizes beside it."""
+    methods, frames = prepared(tube(int(suite.size * vertices), 6), 7, AMRAP, DEFAULT)
     metric = "positions of a solved pose"
-    yield compare(name, metric, "ms", milliseconds, "NumPy, dense D T", 1e3 * peer, None, sizes)
+    for method, what in zip(methods, (metric, f"{metric}, {DEFAULT}"), strict=True):
+        method.solve(frames[0])
+        milliseconds = 1e3 * float(np.median(position_seconds(method.solver, 50)))
+        sizes = vars(method.solver.sizes)
+        D = np.random.default_rng(0).random((sizes["vertices"], sizes["unknowns"]))
+        T = np.random.default_rng(1).random((sizes["unknowns"], 3))
+        peer = 1e3 * min(timed(lambda D=D, T=T: D @ T) for _ in range(10))
+        yield compare(name, what, "ms", milliseconds, "NumPy, dense D T", peer, None, sizes)
 
 
 def timed(call: object) -> float:
