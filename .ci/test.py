@@ -21,7 +21,7 @@ from pathlib import Path
 
 CHECKOUT = Path(__file__).resolve().parent.parent
 RESULTS = CHECKOUT / "build" / "results"
-SECONDS_ALLOWED = "900"
+SECONDS_ALLOWED = "1800"
 PROVIDING = threading.Lock()  # two steps may need the same Blender
 
 sys.path.insert(0, str(CHECKOUT / "blender_tests"))
