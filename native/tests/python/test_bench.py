@@ -146,7 +146,7 @@ def test_rows_have_all_keys_and_the_report_shows_them(tmp_path):
         pytest.skip(done.stderr.strip())
     assert done.returncode == 0, done.stderr
     rows = json.loads(bench.read_text())
-    assert [row["name"] for row in rows] == ["machine", *names.split(",")]
+    assert list(dict.fromkeys(row["name"] for row in rows)) == ["machine", *names.split(",")]
     for row in rows:
         check_row(row)
     assert run("report.py", str(bench), "--out", str(report)).returncode == 0
