@@ -186,6 +186,7 @@ def test_auto_keying_is_honoured():
     drag()
     assert curves(bpy.data.objects["Tip"]) == []
     bpy.context.scene.tool_settings.use_keyframe_insert_auto = True
+    bpy.context.preferences.edit.use_keyframe_insert_available = False
     drag()
     assert curves(bpy.data.objects["Tip"]) == [("location", [7.0])] * 3
     assert curves(bpy.data.objects["Root"]) == []
