@@ -148,7 +148,9 @@ def _start_anew(*_: object) -> None:
     _rendering = False  # no render outlives its file
     live.forget_all()
     _problems.clear()
-    bpy.app.timers.register(_look_at_all)
+    # Without a window no timer ever runs, and one left over makes Blender as a module crash at exit.
+    if not bpy.app.background:
+        bpy.app.timers.register(_look_at_all)
 
 
 def _look_at_all() -> None:

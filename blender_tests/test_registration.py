@@ -102,3 +102,16 @@ def test_the_package_imports_without_blender():
     if not Path(python).exists():
         pytest.skip("not run: there is no plain Python beside this Blender")
     subprocess.run([python, "-c", code], check=True, cwd=Path(addon.__file__).parents[1])
+
+
+def test_blender_as_a_module_ends_well_after_files_were_opened():
+    if bpy.app.binary_path:
+        pytest.skip("not run: this Blender is no module")
+    code = """
+import bpy, addon
+addon.register()
+for _ in range(3):
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+"""
+    root = Path(addon.__file__).parents[1]
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=root, timeout=60)
