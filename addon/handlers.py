@@ -148,7 +148,7 @@ def _start_anew(*_: object) -> None:
     _rendering = False  # no render outlives its file
     live.forget_all()
     _problems.clear()
-    # Without a window no timer ever runs, and one left over makes Blender as a module crash at exit.
+    # Without a window no timer runs, and one left over makes Blender as a module crash at exit.
     if not bpy.app.background:
         bpy.app.timers.register(_look_at_all)
 

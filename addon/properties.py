@@ -339,14 +339,14 @@ class TUG_PG_rig(bpy.types.PropertyGroup):
 
 CLASSES = (TUG_PG_handle, TUG_PG_bone, TUG_PG_shape, TUG_PG_rig)
 
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLASSES)
+
 
 def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+    _register_classes()
     bpy.types.Object.tug = PointerProperty(type=TUG_PG_rig)
 
 
 def unregister() -> None:
     del bpy.types.Object.tug
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+    _unregister_classes()

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an artist sees of Tug: panels, operators, menus, tools. Each module registers its own."""
+"""What an artist sees of Tug: panels, operators, menus, tools."""
 
 from __future__ import annotations
+
+import bpy
 
 from . import (
     bake_operators,
@@ -18,6 +20,7 @@ from . import (
     panel,
     pose_operators,
     sample_operator,
+    work,
 )
 
 MODULES = (
@@ -31,18 +34,27 @@ MODULES = (
     sample_operator,
     drag_operator,
     overlay_colours,
-    drag_tool,
     lists,
     panel,
     menus,
 )
 
+# Those with more to register than classes.
+OTHERS = (overlay_colours, drag_tool, menus)
+
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(
+    [cls for module in MODULES for cls in module.CLASSES]
+)
+
 
 def register() -> None:
-    for module in MODULES:
+    _register_classes()
+    for module in OTHERS:
         module.register()
 
 
 def unregister() -> None:
-    for module in reversed(MODULES):
+    work.cancel_all()
+    for module in reversed(OTHERS):
         module.unregister()
+    _unregister_classes()

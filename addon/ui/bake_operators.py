@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import bpy
 from bpy.props import FloatProperty
 from bpy.types import Context, Object, Operator
 
@@ -49,13 +48,3 @@ class TUG_OT_remove_bake(RigOperator, Operator):
 
 
 CLASSES = (TUG_OT_bake, TUG_OT_remove_bake)
-
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

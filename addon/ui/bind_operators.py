@@ -3,13 +3,12 @@
 
 from __future__ import annotations
 
-import bpy
 from bpy.props import IntProperty
 from bpy.types import Context, Object, Operator
 
 from .. import handles, rig
 from ..job import Job
-from . import state, work
+from . import state
 from .background import BackgroundOperator
 from .rig_operator import RigOperator
 
@@ -70,14 +69,3 @@ class TUG_OT_unbind(RigOperator, Operator):
 
 
 CLASSES = (TUG_OT_bind, TUG_OT_set_up, TUG_OT_unbind)
-
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    work.cancel_all()
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

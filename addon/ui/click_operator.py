@@ -109,9 +109,4 @@ def _holds(region: bpy.types.Region, event: Event) -> bool:
     )
 
 
-def register() -> None:
-    bpy.utils.register_class(TUG_OT_click_handles)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(TUG_OT_click_handles)
+CLASSES = (TUG_OT_click_handles,)

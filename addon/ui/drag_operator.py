@@ -172,9 +172,4 @@ def _length(context: bpy.types.Context, length: float) -> str:
     return bpy.utils.units.to_string(unit.system, "LENGTH", length * unit.scale_length, precision=3)
 
 
-def register() -> None:
-    bpy.utils.register_class(TUG_OT_drag)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(TUG_OT_drag)
+CLASSES = (TUG_OT_drag,)

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import bpy
 from bpy.props import StringProperty
 from bpy.types import Context, Object, Operator
 
@@ -25,9 +24,4 @@ class TUG_OT_tick_example(RigOperator, Operator):
         inputs.tick(obj, self.key, use=self.key not in inputs.ticked(obj))
 
 
-def register() -> None:
-    bpy.utils.register_class(TUG_OT_tick_example)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(TUG_OT_tick_example)
+CLASSES = (TUG_OT_tick_example,)

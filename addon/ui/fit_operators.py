@@ -5,12 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import bpy
 from bpy.types import Object, Operator
 
 from .. import fit, targets
 from ..fit_job import FitJob
-from . import state, work
+from . import state
 from .background import BackgroundOperator
 from .film_operator import FilmOperator
 
@@ -69,14 +68,3 @@ class TUG_OT_fit_frames(FilmOperator, Operator):
 
 
 CLASSES = (TUG_OT_fit, TUG_OT_fit_frames)
-
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    work.cancel_all()
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

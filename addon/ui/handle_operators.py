@@ -209,13 +209,3 @@ CLASSES = (
     TUG_OT_delete_handle,
     TUG_OT_make_handles_own,
 )
-
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

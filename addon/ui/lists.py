@@ -72,13 +72,3 @@ class TUG_UL_examples(UIList):
 
 
 CLASSES = (TUG_UL_handles, TUG_UL_examples)
-
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

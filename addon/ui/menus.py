@@ -64,8 +64,6 @@ CLASSES = (TUG_MT_add_handles, TUG_MT_tug)
 
 
 def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
     for menu in HOMES:
         getattr(bpy.types, menu).append(draw_tug)
 
@@ -73,5 +71,3 @@ def register() -> None:
 def unregister() -> None:
     for menu in HOMES:
         getattr(bpy.types, menu).remove(draw_tug)
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

@@ -165,8 +165,6 @@ CLASSES = (TUG_OT_store_colours,)
 
 def register() -> None:
     global _handler
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
     bpy.types.WindowManager.tug_colours = EnumProperty(
         name="Colours",
         description="What the colours over bound meshes show",
@@ -192,5 +190,3 @@ def unregister() -> None:
         getattr(bpy.app.handlers, name).remove(_forget)
     _batches.clear()
     del bpy.types.WindowManager.tug_colours
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

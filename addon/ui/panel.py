@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import textwrap
 
-import bpy
 from bpy.types import Context, Object, Panel, UILayout
 
 from .. import handlers, handles, mesh_cache
@@ -252,13 +251,3 @@ CLASSES = (
     TUG_PT_bake,
     TUG_PT_fit,
 )
-
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

@@ -171,13 +171,3 @@ CLASSES = (
     TUG_OT_save_pose,
     TUG_OT_update_pose,
 )
-
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

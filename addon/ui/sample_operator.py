@@ -45,9 +45,4 @@ def show(context: Context) -> None:
             bpy.ops.wm.tool_set_by_id(name="tug.drag")
 
 
-def register() -> None:
-    bpy.utils.register_class(TUG_OT_open_sample)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(TUG_OT_open_sample)
+CLASSES = (TUG_OT_open_sample,)
