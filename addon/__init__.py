@@ -17,7 +17,8 @@ def register() -> None:
     global _command
     import bpy
 
-    from . import handlers, names, properties, ui
+    from . import handlers, properties, ui
+    from .rigging import names
 
     properties.register()
     handlers.register()
@@ -32,7 +33,8 @@ def register() -> None:
 def unregister() -> None:
     import bpy
 
-    from . import handlers, live, names, properties, ui
+    from . import handlers, properties, ui
+    from .rigging import live, names
 
     atexit.unregister(unregister)
     bpy.utils.unregister_cli_command(_command)

@@ -36,9 +36,10 @@ def _package() -> str:
 if __name__ == "__main__":
     sys.exit(importlib.import_module(f"{_package()}.cli").main())
 else:
-    from . import film, live, pc2, rig, shape_keys
-    from .inputs import RigError
+    from .caches import film, pc2
     from .native import Progress
+    from .rigging import live, rig, shape_keys
+    from .rigging.inputs import RigError
     from .smoothing import Solution, average
     from .smoothing import reach as smoothing_reach
 

@@ -13,11 +13,12 @@ from pathlib import Path
 
 import bpy
 
-from . import bake, targets, terminal
-from .fit import fit_frames
-from .inputs import RigError
+from . import bake, terminal
+from .fitting import targets
+from .fitting.fit import fit_frames
+from .fitting.targets import Place, Target
 from .native import LibraryError, Progress
-from .targets import Place, Target
+from .rigging.inputs import RigError
 
 FAILED = 1
 CANCELLED = 130  # as shells say of a program that Ctrl-C ended

@@ -13,9 +13,10 @@ from contextlib import contextmanager
 import bpy
 from bpy.app.handlers import persistent
 
-from . import inputs, live, mesh_cache, names, rig
-from .inputs import RigError
+from .caches import mesh_cache
 from .native import LibraryError
+from .rigging import inputs, live, names, rig
+from .rigging.inputs import RigError
 
 # The modes in which an artist changes what a rig was made from.
 EDITING = {"EDIT", "SCULPT", "WEIGHT_PAINT", "VERTEX_PAINT"}

@@ -19,7 +19,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import handles, live
+from .rigging import handles, live
 
 
 def _changed(group: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:

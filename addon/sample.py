@@ -9,8 +9,8 @@ import bpy
 import numpy as np
 from bpy.types import Object
 
-from . import rig
-from .inputs import RigError
+from .rigging import rig
+from .rigging.inputs import RigError
 
 FILE = Path(__file__).with_name("sample.npz")
 NAME = "Fox"

@@ -10,7 +10,8 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from addon import pc2, rig, shape_keys
+from addon.caches import pc2
+from addon.rigging import rig, shape_keys
 
 AROUND, ALONG = 10, 16  # vertices of a ring, rings
 LENGTH = 4.0

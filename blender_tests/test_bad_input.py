@@ -18,8 +18,8 @@ from support import (
     tube,
 )
 
-from addon import rig, shape_keys
-from addon.inputs import RigError
+from addon.rigging import rig, shape_keys
+from addon.rigging.inputs import RigError
 
 
 def refused(obj, text):

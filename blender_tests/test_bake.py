@@ -24,8 +24,9 @@ from support import (
     tube,
 )
 
-from addon import bake, rig, shape_keys
-from addon.inputs import RigError
+from addon import bake
+from addon.rigging import rig, shape_keys
+from addon.rigging.inputs import RigError
 
 
 @pytest.fixture

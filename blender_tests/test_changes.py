@@ -22,8 +22,8 @@ from support import (
     tube,
 )
 
-from addon import inputs, live, rig, vertex_groups
-from addon.inputs import RigError
+from addon.rigging import inputs, live, rig, vertex_groups
+from addon.rigging.inputs import RigError
 
 
 def test_a_new_handle_needs_a_bind_which_computes_new_weights():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support import HANDLES, bound_rig, key, pull_to, solved
 
-from addon import blends, live, shape_keys
+from addon.rigging import blends, live, shape_keys
 from addon.ui import drawing
 from addon.ui.overlay_colours import colours
 from addon.ui.overlay_drag import LEAST, ROWS, weights_shown

@@ -16,7 +16,7 @@ from support import animate, bound_rig, read_pc2
 
 import addon
 from addon import bake, cli, native
-from addon.fit import fit_frames
+from addon.fitting.fit import fit_frames
 
 SCRIPT = Path(addon.__file__).parent / "bake.py"
 

@@ -30,8 +30,8 @@ from support import (
     tube,
 )
 
-from addon import functions, live, rig, shape_keys, vertex_groups
-from addon.inputs import RigError
+from addon.rigging import functions, live, rig, shape_keys, vertex_groups
+from addon.rigging.inputs import RigError
 from addon.solver import make_solver
 
 COMPUTED = ("EIGENFUNCTIONS", "HANDLES", "SKELETON")

@@ -10,8 +10,9 @@ import pytest
 from mathutils import Matrix, Vector
 from support import HANDLES, add_tube, animate, bound_rig, evaluated, expected, key
 
-from addon import bake, live, shape_keys
-from addon.inputs import RigError
+from addon import bake
+from addon.rigging import live, shape_keys
+from addon.rigging.inputs import RigError
 from addon.ui.drag import Drag
 from addon.ui.pull import PRECISION, Pull
 

@@ -29,11 +29,11 @@ from support import (
     tube,
 )
 
-from addon import rig, shape_keys
 from addon.dictionaries import Dictionary
-from addon.fit import finish_fit, fit, fit_frames, plan_fit
-from addon.inputs import RigError
+from addon.fitting.fit import finish_fit, fit, fit_frames, plan_fit
 from addon.registration.nonrigid import Settings
+from addon.rigging import rig, shape_keys
+from addon.rigging.inputs import RigError
 
 
 @pytest.fixture

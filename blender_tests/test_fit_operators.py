@@ -9,7 +9,8 @@ import pytest
 from scans import add_markers, add_scan, pose
 from support import LENGTH, add_mesh, bound_rig, key, read_pc2, state
 
-from addon import fit, rig, shape_keys
+from addon.fitting import fit
+from addon.rigging import rig, shape_keys
 
 
 @pytest.fixture

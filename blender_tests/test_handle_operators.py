@@ -21,8 +21,8 @@ from support import (
     tube,
 )
 
-from addon import handles, rig, vertex_groups
-from addon.inputs import RigError
+from addon.rigging import handles, rig, vertex_groups
+from addon.rigging.inputs import RigError
 
 
 def activate(obj):

@@ -7,7 +7,7 @@ import pytest
 from mathutils import Vector
 from support import HANDLES, assert_close, bound_rig, depsgraph, evaluated, expected, pull_between
 
-from addon import rig
+from addon.rigging import rig
 
 AWAY = Vector((0.3, -0.2, 0.4))
 

@@ -18,8 +18,8 @@ from support import (
     state,
 )
 
-from addon import rig, shape_keys, vertex_groups
-from addon.inputs import RigError
+from addon.rigging import rig, shape_keys, vertex_groups
+from addon.rigging.inputs import RigError
 
 
 class InThread(threading.Thread):

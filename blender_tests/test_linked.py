@@ -14,8 +14,9 @@ from support import (
     read_pc2,
 )
 
-from addon import bake, handlers, rig
-from addon.inputs import RigError
+from addon import bake, handlers
+from addon.rigging import rig
+from addon.rigging.inputs import RigError
 from addon.ui import state
 
 

@@ -18,7 +18,8 @@ from support import (
     pull_to,
 )
 
-from addon import handlers, live, rig
+from addon import handlers
+from addon.rigging import live, rig
 
 AWAY = Vector((0.3, -0.2, 0.4))
 

@@ -15,8 +15,9 @@ from support import (
     tube,
 )
 
-from addon import handlers, inputs, names, rig
-from addon.inputs import RigError
+from addon import handlers
+from addon.rigging import inputs, names, rig
+from addon.rigging.inputs import RigError
 
 
 def move():

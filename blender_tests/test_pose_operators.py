@@ -21,7 +21,7 @@ from support import (
     tube,
 )
 
-from addon import inputs, rig
+from addon.rigging import inputs, rig
 from addon.ui import pose_operators
 
 

@@ -10,7 +10,8 @@ import pytest
 from support import add_rig, bound_rig
 
 import addon
-from addon import handlers, live, native, rig
+from addon import handlers, native
+from addon.rigging import live, rig
 
 MANIFEST = Path(addon.__file__).parent / "blender_manifest.toml"
 

@@ -9,7 +9,8 @@ import pytest
 from mathutils import Vector
 from support import HANDLES, animate, bound_rig, expected, key
 
-from addon import bake, handlers, rig, shape_keys
+from addon import bake, handlers
+from addon.rigging import rig, shape_keys
 
 EEVEE = "BLENDER_EEVEE" if bpy.app.version >= (5, 0) else "BLENDER_EEVEE_NEXT"
 ENGINES = ("CYCLES", "BLENDER_WORKBENCH", EEVEE)

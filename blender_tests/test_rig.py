@@ -26,8 +26,8 @@ from support import (
     tube,
 )
 
-from addon import rig, vertex_groups
-from addon.inputs import RigError
+from addon.rigging import rig, vertex_groups
+from addon.rigging.inputs import RigError
 
 PLACED = Matrix.LocRotScale(Vector((1, 2, 3)), Euler((0.3, 0.5, 0.7)), Vector((2, 1, 0.5)))
 

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from addon import rig
+from addon.rigging import rig
 
 from .sample import LAST_FRAME, Sample
 

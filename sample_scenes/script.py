@@ -12,7 +12,8 @@ from pathlib import Path
 import bpy
 
 import addon
-from addon import rig, terminal
+from addon import terminal
+from addon.rigging import rig
 
 from .blend_scene import add_sample, empty_file
 from .sample import Sample

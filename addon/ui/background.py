@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Event, Object
 
-from ..inputs import RigError
+from ..rigging.inputs import RigError
 from . import state
 from .rig_operator import EXPECTED, RigOperator
 from .work import Job, Work

@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from bpy.props import FloatProperty
 from bpy.types import Context, Object, Operator
 
-from .. import bake, mesh_cache
+from .. import bake
+from ..caches import mesh_cache
 from . import state
 from .film_operator import FilmOperator
 from .rig_operator import RigOperator

@@ -6,8 +6,8 @@ from __future__ import annotations
 from bpy.props import IntProperty
 from bpy.types import Context, Object, Operator
 
-from .. import handles, rig
-from ..job import Job
+from ..rigging import handles, rig
+from ..rigging.job import Job
 from . import state
 from .background import BackgroundOperator
 from .rig_operator import RigOperator

@@ -7,8 +7,8 @@ import bpy
 from bpy.types import Context, Event, Object, Operator
 from bpy_extras import view3d_utils
 
-from .. import handles
-from ..inputs import RigError
+from ..rigging import handles
+from ..rigging.inputs import RigError
 from . import state
 from .rig_operator import EXPECTED, RigOperator
 

@@ -6,8 +6,9 @@ from __future__ import annotations
 import bpy
 from mathutils import Matrix, Vector
 
-from .. import live, mesh_cache, rig, shape_keys
-from ..inputs import RigError
+from ..caches import mesh_cache
+from ..rigging import live, rig, shape_keys
+from ..rigging.inputs import RigError
 from .auto_key import key_location
 
 

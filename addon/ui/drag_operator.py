@@ -9,9 +9,9 @@ import bpy
 from bpy.props import FloatVectorProperty, StringProperty
 from mathutils import Vector
 
-from .. import live
-from ..inputs import RigError
 from ..native import LibraryError
+from ..rigging import live
+from ..rigging.inputs import RigError
 from .drag import Drag
 from .overlay_drag import DragOverlay
 from .picking import bound_rigs, handle_at

@@ -6,7 +6,7 @@ from __future__ import annotations
 from bpy.props import StringProperty
 from bpy.types import Context, Object, Operator
 
-from .. import inputs
+from ..rigging import inputs
 from . import state
 from .rig_operator import RigOperator
 

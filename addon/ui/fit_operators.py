@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 from bpy.types import Object, Operator
 
-from .. import fit, targets
-from ..fit_job import FitJob
+from ..fitting import fit, targets
+from ..fitting.job import FitJob
 from . import state
 from .background import BackgroundOperator
 from .film_operator import FilmOperator

@@ -8,8 +8,8 @@ from bpy.props import BoolProperty, EnumProperty, IntProperty
 from bpy.types import Context, Object, Operator
 from mathutils import Vector
 
-from .. import handles
-from ..inputs import RigError
+from ..rigging import handles
+from ..rigging.inputs import RigError
 from . import state
 from .rig_operator import RigOperator
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.types import AnyType, Context, UILayout, UIList
 
-from .. import inputs
+from ..rigging import inputs
 from . import state
 
 HOLD_ICONS = {"PINNED": "PINNED", "SOFT": "MOD_SOFT", "FREE": "UNPINNED"}

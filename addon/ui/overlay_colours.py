@@ -15,9 +15,9 @@ from bpy.app.handlers import persistent
 from bpy.props import EnumProperty
 from gpu_extras.batch import batch_for_shader
 
-from .. import blends, inputs, rig, shape_keys
-from ..inputs import RigError
 from ..native import LibraryError
+from ..rigging import blends, inputs, rig, shape_keys
+from ..rigging.inputs import RigError
 from . import drawing
 from .picking import bound_rigs
 

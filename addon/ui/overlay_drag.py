@@ -11,7 +11,7 @@ import numpy as np
 from bpy_extras import view3d_utils
 from mathutils import Vector
 
-from .. import blends
+from ..rigging import blends
 from . import drawing
 from .drag import Drag
 from .pull import AXES, Pull

@@ -7,7 +7,9 @@ import textwrap
 
 from bpy.types import Context, Object, Panel, UILayout
 
-from .. import handlers, handles, mesh_cache
+from .. import handlers
+from ..caches import mesh_cache
+from ..rigging import handles
 from . import state, work
 
 PIXELS_A_CHARACTER = 7  # at a scale of one

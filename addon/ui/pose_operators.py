@@ -7,8 +7,8 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 from bpy.types import Context, Event, Object, Operator
 
-from .. import inputs, poses, rig
-from ..inputs import RigError
+from ..rigging import inputs, poses, rig
+from ..rigging.inputs import RigError
 from . import state
 from .auto_key import key_location
 from .rig_operator import RigOperator

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from bpy.types import Context, Object
 
-from ..inputs import RigError
 from ..native import LibraryError, TugError
+from ..rigging.inputs import RigError
 from . import state
 
 # What is told to the artist rather than to a programmer.

@@ -8,8 +8,10 @@ from collections.abc import Callable
 import bpy
 from bpy.types import Context, Object
 
-from .. import handlers, inputs, live, mesh_cache
-from ..inputs import RigError
+from .. import handlers
+from ..caches import mesh_cache
+from ..rigging import inputs, live
+from ..rigging.inputs import RigError
 from . import work
 
 # Says what is missing of an object, or gives an empty string.

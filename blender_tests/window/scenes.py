@@ -9,7 +9,7 @@ import functools
 import bpy
 import numpy as np
 
-from addon import rig, shape_keys
+from addon.rigging import rig, shape_keys
 from sample_scenes import creature
 from sample_scenes.blend_scene import add_mesh, add_sample
 

@@ -12,7 +12,7 @@ import numpy as np
 from scenes import add_creature, key_of, shown
 from window import Window
 
-from addon import live, rig, shape_keys
+from addon.rigging import live, rig, shape_keys
 
 BODY, HANDLE = "Creature", "Tail"
 

@@ -12,7 +12,8 @@ import numpy as np
 from scenes import NAME, add_creature, add_moving_creature, diagonal, key_of, shown
 from window import Window
 
-from addon import mesh_cache, shape_keys
+from addon.caches import mesh_cache
+from addon.rigging import shape_keys
 from addon.ui import work
 
 

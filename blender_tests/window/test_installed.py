@@ -13,7 +13,8 @@ import numpy as np
 from scenes import add_creature, key_of
 from window import Window
 
-from addon import native, rig
+from addon import native
+from addon.rigging import rig
 
 NAME = "bl_ext.user_default.tug"
 SOURCES = Path(__file__).resolve().parents[2] / "addon"

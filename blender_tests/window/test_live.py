@@ -11,7 +11,7 @@ from mathutils import Vector
 from scenes import add_creature, key_of, shown
 from window import Window
 
-from addon import rig
+from addon.rigging import rig
 
 BODY, HANDLE, OTHER = "Creature", "Tail", "Head"
 FRAMES = 12

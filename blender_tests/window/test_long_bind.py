@@ -16,7 +16,7 @@ import numpy as np
 from support import add_keys, add_mesh, state
 from window import Window
 
-from addon import rig
+from addon.rigging import rig
 
 NAME = "Sheet"
 SIDE = 317  # vertices along a side: 100,000 in all

@@ -18,8 +18,9 @@ from scenes import key_of, pose_asked, shown
 from support import animate, bound_rig
 from window import Window
 
-from addon import handlers, rig
-from addon.inputs import RigError
+from addon import handlers
+from addon.rigging import rig
+from addon.rigging.inputs import RigError
 from addon.ui import state
 
 ACTIONS = int(os.environ.get("TUG_MONKEY", "60"))

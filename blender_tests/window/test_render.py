@@ -12,7 +12,8 @@ from mathutils import Matrix, Vector
 from scenes import add_creature, key_of
 from window import Window
 
-from addon import bake, handlers, rig
+from addon import bake, handlers
+from addon.rigging import rig
 
 BODY, HANDLE = "Creature", "Tail"
 FRAMES = 4

@@ -28,7 +28,7 @@ from suite import HANDLES, Row, compare  # noqa: E402
 from support import add_keys, add_mesh, depsgraph, evaluated  # noqa: E402
 
 import addon  # noqa: E402
-from addon import rig  # noqa: E402
+from addon.rigging import rig  # noqa: E402
 
 SHAPES, FRAMES = 6, 12
 REPEATS = (1, 5)  # of the rotations in Laplacian Deform

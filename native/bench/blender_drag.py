@@ -36,7 +36,7 @@ from suite import HANDLES, Row, compare  # noqa: E402
 from support import add_keys, depsgraph  # noqa: E402
 
 import addon  # noqa: E402
-from addon import live, rig, shape_keys  # noqa: E402
+from addon.rigging import live, rig, shape_keys  # noqa: E402
 from addon.solver import Solver  # noqa: E402
 from addon.ui.drag import Drag  # noqa: E402
 from addon.ui.pull import Pull  # noqa: E402

@@ -9,7 +9,7 @@ import struct
 import numpy as np
 import pytest
 
-from addon import pc2
+from addon.caches import pc2
 
 FRAMES = np.arange(24, dtype=np.float32).reshape(2, 4, 3)
 

@@ -10,8 +10,8 @@ import numpy as np
 from bpy.types import Object
 from mathutils import Vector
 
+from ..geometry import Mesh
 from . import inputs, live, rig, shape_keys
-from .geometry import Mesh
 from .inputs import RigError
 
 # What is nearer to the mirror plane, relative to the diagonal, is on it and has no mirror image.

@@ -17,19 +17,19 @@ from itertools import count, islice
 import bpy
 import numpy as np
 
-from . import vertex_groups
-from .dictionaries import (
+from ..dictionaries import (
     GROUPS_A_HANDLE,
     Dictionary,
     Functions,
     functions_of_weights,
     make_functions,
 )
-from .geometry import Mesh
+from ..geometry import Mesh
+from ..native import Progress
+from ..parts import make_followed_functions
+from ..weights import compute_weights
+from . import vertex_groups
 from .inputs import Inputs, RigError, digest
-from .native import Progress
-from .parts import make_followed_functions
-from .weights import compute_weights
 
 VERTEX_GROUPS = "VERTEX_GROUPS"  # the kind of dictionary that only a rig in Blender has
 

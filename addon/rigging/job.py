@@ -9,13 +9,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..geometry import Mesh
+from ..native import Progress, TugError, part
+from ..parts import find_floating
+from ..solver import SolveInfo
 from . import functions
-from .geometry import Mesh
 from .inputs import Inputs, RigError
 from .live import Live, Pull, Recipe
-from .native import Progress, TugError, part
-from .parts import find_floating
-from .solver import SolveInfo
 
 
 @dataclass(frozen=True)

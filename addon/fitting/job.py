@@ -10,14 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .geometry import Mesh
-from .inputs import RigError
-from .live import Recipe
-from .native import Progress, TugError, part
-from .registration.body import Body
-from .registration.features import Features
-from .registration.nonrigid import Settings, register
-from .registration.scan import Scan
+from ..geometry import Mesh
+from ..native import Progress, TugError, part
+from ..registration.body import Body
+from ..registration.features import Features
+from ..registration.nonrigid import Settings, register
+from ..registration.scan import Scan
+from ..rigging.inputs import RigError
+from ..rigging.live import Recipe
 
 
 @dataclass(frozen=True)

@@ -18,13 +18,13 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
+from ..geometry import Mesh, Rows
+from ..native import Progress, TugError, part
+from ..smoothing import Solution
+from ..solver import Form, Model, SolveInfo, Solver
 from . import functions, inputs
 from .functions import Stored
-from .geometry import Mesh, Rows
 from .inputs import Inputs, RigError
-from .native import Progress, TugError, part
-from .smoothing import Solution
-from .solver import Form, Model, SolveInfo, Solver
 
 # Of object.tug: the digest of handles and settings that the result key shows the pose for. It is
 # saved and undone with the key, so that neither undo nor load need a solve.

@@ -12,9 +12,10 @@ from typing import Protocol
 
 import bpy
 
-from . import handlers, mesh_cache, pc2
-from .inputs import RigError
-from .native import Progress
+from .. import handlers
+from ..native import Progress
+from ..rigging.inputs import RigError
+from . import mesh_cache, pc2
 
 NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 

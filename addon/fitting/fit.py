@@ -8,12 +8,13 @@ from pathlib import Path
 
 import bpy
 
-from . import film, live, pc2, rig, shape_keys
-from .fit_job import FitJob, FitSummary, Sight, explaining
-from .inputs import RigError
-from .native import Progress
-from .registration.nonrigid import Settings
-from .registration.scan import Scan
+from ..caches import film, pc2
+from ..native import Progress
+from ..registration.nonrigid import Settings
+from ..registration.scan import Scan
+from ..rigging import live, rig, shape_keys
+from ..rigging.inputs import RigError
+from .job import FitJob, FitSummary, Sight, explaining
 from .targets import Place, Target, find_pairs, read_features, read_scan
 
 

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from ..native import Progress, TugError
+from ..smoothing import Solution
+from ..solver import SolveInfo
 from . import functions, inputs, live, shape_keys
 from .inputs import RigError
 from .job import Job
 from .live import Pull
-from .native import Progress, TugError
-from .smoothing import Solution
-from .solver import SolveInfo
 
 HANDLE_SIZE = 0.03  # of an empty, relative to the diagonal of the mesh
 SAME_PLACE = 1e-5  # relative to the diagonal, for a vertex that an edit of the mesh renumbered

@@ -12,8 +12,8 @@ from collections.abc import Mapping
 import bpy
 import numpy as np
 
-from .inputs import RigError
-from .registration.scan import Scan
+from ..registration.scan import Scan
+from ..rigging.inputs import RigError
 
 NORMAL_ATTRIBUTES = ("normal", "Normal", "N")  # of the points of a cloud
 
