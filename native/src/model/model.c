@@ -4,6 +4,7 @@
 #include "memory.h"
 #include "sparse/factor.h"
 
+#include <math.h>
 #include <string.h>
 
 /* Hands out consecutive parts of the blocks, or only counts them where there are none yet. */
@@ -172,4 +173,15 @@ double stiffness_share(const tug_model *model, int32_t group)
         sum += model->stiffness[g];
     }
     return model->stiffness[group] / sum;
+}
+
+tug_status require_finite(const tug_model *model)
+{
+    for (size_t i = 0; i < model->data_count; i++) {
+        if (!isfinite(model->data[i])) {
+            return fail(TUG_ERROR_NUMERIC, "the model is not finite: look for coordinates or "
+                                           "weights that are not numbers");
+        }
+    }
+    return TUG_OK;
 }

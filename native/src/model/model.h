@@ -77,8 +77,20 @@ static inline double *group_form(const tug_model *model, const shape_model *shap
     return shape->L + model->form_offsets[g];
 }
 
+/* Column of the joint dictionary that is column j of shape s alone, both counted from the first of
+ * their weight functions that are looked at. */
+static inline int32_t joint_column(const model_header *header, int32_t s, int32_t j)
+{
+    int32_t k = header->dimension, block = 1 + header->shapes * k;
+    int32_t within = j % (1 + k);
+    return (j / (1 + k)) * block + (within == 0 ? 0 : s * k + within);
+}
+
 /* The group's part of all stiffness. The shares sum to one. */
 double stiffness_share(const tug_model *model, int32_t group);
+
+/* TUG_ERROR_NUMERIC where a number of the model is none. */
+tug_status require_finite(const tug_model *model);
 
 size_t model_blob_size(const tug_model *model);
 tug_status model_save(const tug_model *model, void *blob, size_t size);

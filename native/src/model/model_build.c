@@ -6,8 +6,6 @@
 #include "memory.h"
 #include "model/smoothness.h"
 
-#include <math.h>
-
 /* The constant function as a combination of the weights, by least squares. */
 static tug_status find_constant(tug_model *model)
 {
@@ -32,17 +30,6 @@ static tug_status find_constant(tug_model *model)
     return definite ? TUG_OK
                     : fail(TUG_ERROR_ARGUMENT,
                            "tug_create_model: the weight functions depend on each other");
-}
-
-tug_status require_finite(const tug_model *model)
-{
-    for (size_t i = 0; i < model->data_count; i++) {
-        if (!isfinite(model->data[i])) {
-            return fail(TUG_ERROR_NUMERIC, "the model is not finite: look for coordinates or "
-                                           "weights that are not numbers");
-        }
-    }
-    return TUG_OK;
 }
 
 /* The groups' constants, and the factor of their sum; the sum is the largest thing beside C. */

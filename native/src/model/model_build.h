@@ -18,22 +18,10 @@ tug_status find_rows(tug_model *model, const tug_rows *rows);
 /* H where the groups meet themselves in C, before the eliminations. */
 void place_stiffness(tug_model *model);
 
-/* TUG_ERROR_NUMERIC where a number of the model is none. */
-tug_status require_finite(const tug_model *model);
-
 /* The transforms of every shape alone, from its groups' constants and the joint X. */
 tug_status eliminate_shapes(tug_model *model, const progress_range *range);
 
 /* The transforms of the joint problem, once L has been used up by factor_transforms. */
 tug_status eliminate_joint(tug_model *model, const progress_range *range);
-
-/* Column of the joint dictionary that is column j of shape s alone, both counted from the first of
- * their weight functions that are looked at. */
-static inline int32_t joint_column(const model_header *header, int32_t s, int32_t j)
-{
-    int32_t k = header->dimension, block = 1 + header->shapes * k;
-    int32_t within = j % (1 + k);
-    return (j / (1 + k)) * block + (within == 0 ? 0 : s * k + within);
-}
 
 #endif

@@ -4,6 +4,7 @@
 #include "solver/forms.h"
 
 #include "dense/rotation.h"
+#include "solver/blend_terms.h"
 #include "solver/contraction.h"
 #include "solver/moments.h"
 

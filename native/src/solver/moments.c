@@ -2,6 +2,7 @@
 #include "solver/moments.h"
 
 #include "dense/rotation.h"
+#include "solver/own_block.h"
 
 #include <string.h>
 
@@ -16,41 +17,6 @@ void stack_rotations(const tug_solver *solver, double *V)
     for (int32_t i = 0; i < pair_count(solver) * kk; i++) {
         int32_t pair = i / kk, row = i / k % k, column = i % k;
         V[i] = solver->scale * solver->B[pair] * solver->R[pair * kk + column * k + row];
-    }
-}
-
-/* H_ij of two pairs of one group. */
-static void find_stiffness(const tug_model *model, int32_t i, int32_t j, double *block)
-{
-    int32_t k = model->header.dimension, S = model->header.shapes;
-    size_t p = (size_t)(S * k), g = (size_t)(i / S);
-    for (int32_t ab = 0; ab < k * k; ab++) {
-        size_t row = (size_t)(i % S * k + ab / k), column = (size_t)(j % S * k + ab % k);
-        block[ab] = model->H[(g * p + row) * p + column];
-    }
-}
-
-/* Component (a, b) of C_ij; of two groups the block of the earlier one first is stored. */
-static double joint_entry(const reduction *energy, int32_t i, int32_t j, int32_t ab)
-{
-    int32_t S = energy->shapes, k = energy->group_rows / S;
-    if (i / S > j / S) {
-        return joint_entry(energy, j, i, ab % k * k + ab / k);
-    }
-    size_t block = coupling_offset(energy, i / S, j / S);
-    return energy->C[block + (size_t)((ab * S + i % S) * S + j % S)];
-}
-
-void find_own_block(const tug_model *model, const reduction *energy, int32_t i, int32_t j,
-                    double *block)
-{
-    int32_t kk = model->header.dimension * model->header.dimension, S = model->header.shapes;
-    memset(block, 0, (size_t)kk * sizeof *block);
-    if (i / S == j / S) {
-        find_stiffness(model, i, j, block);
-    }
-    for (int32_t ab = 0; ab < kk; ab++) {
-        block[ab] -= joint_entry(energy, i, j, ab);
     }
 }
 
@@ -122,7 +88,7 @@ void find_blended_moments(const tug_solver *solver, double *N)
             if (solver->B[j] == 0.0) {
                 continue;
             }
-            find_stiffness(solver->model, i, j, block);
+            find_pair_stiffness(solver->model, i, j, block);
             multiply_nt(k, block, solver->R + j * kk, product);
             for (int32_t ab = 0; ab < kk; ab++) {
                 N[i * kk + ab] += solver->B[j] * product[ab];
@@ -138,7 +104,7 @@ void add_blend_stiffness(const tug_solver *solver, double weight, double *Q)
     for (int32_t i = 0; i < pair_count(solver); i++) {
         for (int32_t j = i / S * S; j < (i / S + 1) * S; j++) {
             double block[9], product[9];
-            find_stiffness(solver->model, i, j, block);
+            find_pair_stiffness(solver->model, i, j, block);
             multiply_nt(k, block, solver->R + j * kk, product);
             Q[(size_t)i * n + (size_t)j] +=
                 weight * trace_of_product(k, solver->R + i * kk, product);

@@ -10,10 +10,6 @@
 /* V_i = B_i R_i^T of the solver's blend and rotations, times its scale. */
 void stack_rotations(const tug_solver *solver, double *V);
 
-/* A_ij = H_ij - C_ij, k by k, pairs of different groups having no H_ij. */
-void find_own_block(const tug_model *model, const reduction *energy, int32_t i, int32_t j,
-                    double *block);
-
 /* A V, A = K Z K^T = H - C: what V adds to the moments. tr(V^T A V) = tr(T^T L T), but for Y's
  * part. */
 void find_own_moments(const tug_solver *solver, const double *V, double *AV);

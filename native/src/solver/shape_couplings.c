@@ -3,7 +3,7 @@
 
 #include "dense/vector.h"
 #include "memory.h"
-#include "solver/moments.h"
+#include "solver/own_block.h"
 
 #include <string.h>
 

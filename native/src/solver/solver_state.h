@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* The state of a solve: the question, the answer, and room to work; and (A 20) on it. */
+/* The state of a solve: the question, the answer, and room to work. */
 #ifndef TUG_SOLVER_STATE_H
 #define TUG_SOLVER_STATE_H
 
@@ -9,7 +9,7 @@
 #include "solver/holding.h"
 #include "solver/references.h"
 #include "solver/rotation_fit.h"
-#include "solver/trust_region.h"
+#include "solver/trust_room.h"
 #include "solver/working_set.h"
 
 struct tug_solver {
@@ -54,7 +54,7 @@ struct tug_solver {
     double *face_H;                     /* face by face */
     rotation_workspace turning;
 
-    trust_region trust;        /* that form's own */
+    trust_room trust;          /* that form's own */
     reference_room references; /* that of the three forms of Shtern et al. */
 
     double *V;        /* #G #S k by k: blend weight times rotation, transposed */
@@ -71,23 +71,5 @@ static inline const reduction *joint_energy(const tug_solver *solver)
 {
     return held_energy(solver->model, solver->held, JOINT);
 }
-
-/* What (A 20) is made of beside the solver's Q: over `shapes` entries of each group. */
-typedef struct blend_terms {
-    int32_t shapes;
-    const double *c, *d;    /* #G by shapes */
-    const double *folded_d; /* #S, for a single blend, which has all shapes */
-    double r;
-    double *B; /* #G by shapes: where it starts, then the optimum */
-} blend_terms;
-
-/* Of all entries, with the solver's own c, d and r. */
-static inline blend_terms all_terms(const tug_solver *solver)
-{
-    return (blend_terms){
-        solver->model->header.shapes, solver->c, solver->d, solver->folded_d, solver->r, solver->B};
-}
-
-void solve_blend(tug_solver *solver, const blend_terms *terms);
 
 #endif

@@ -12,6 +12,7 @@
 
 #include "dense/dense.h"
 #include "dense/rotation.h"
+#include "solver/blend_terms.h"
 #include "solver/contraction.h"
 
 #include <math.h>
