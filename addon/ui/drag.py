@@ -26,9 +26,10 @@ class Drag:
         if mesh_cache.shown(obj, "VIEWPORT"):
             raise RigError(f'"{obj.name}" shows its bake: hide the modifier in the viewport first')
         self.obj, self.empty = obj, empty
+        self._layer = context.view_layer
+        self._settle()
         self.start = empty.matrix_world.translation.copy()
         self.selected_anew = not empty.select_get()
-        self._layer = context.view_layer
         self._location = empty.location.copy()
         self._to_location = _to_location(empty)
         self._posed = obj.tug.get(live.POSED)
@@ -70,6 +71,16 @@ class Drag:
             live.invalidate(self.obj)
         else:
             self.obj.tug[live.POSED] = self._posed
+
+    def _settle(self) -> None:
+        """After an undo, Blender shows what is animated where its curves have it, whatever its
+        location says. Let it be where it is shown."""
+        shown = self.empty.matrix_world.translation.copy()
+        self.empty.update_tag(refresh={"OBJECT"})
+        self._layer.update()
+        if self.empty.matrix_world.translation != shown:
+            self.empty.update_tag(refresh={"TIME"})
+            self._layer.update()
 
     def _result(self) -> bpy.types.ShapeKey:
         return self.obj.data.shape_keys.key_blocks[self.obj.tug.result]

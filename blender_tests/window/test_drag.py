@@ -121,6 +121,29 @@ def test_escape_and_the_right_button_restore_everything(ui: Window) -> Iterator[
     assert state() == first
 
 
+def test_escape_brings_back_a_handle_that_undo_left_on_its_curves(ui: Window) -> Iterator[None]:
+    """Blender then shows it where its curves have it, whatever its location says."""
+    yield from with_tool(ui)
+    bpy.data.objects[HANDLE].keyframe_insert("location")
+    ui.undo_base()
+    yield from pull(ui, 60, 40)
+    yield from let_go(ui)
+    bpy.context.scene.frame_set(bpy.context.scene.frame_current)  # what was not keyed is lost
+    with ui.context():
+        bpy.ops.ed.undo_push(message="Frame")
+    yield
+    yield from ui.undo()
+    yield 0.1
+    before = key_of(BODY).tobytes(), shown(BODY).tobytes()
+    yield from pull(ui, 30, -50)
+    at = ui.pixels_of(bpy.data.objects[HANDLE].matrix_world.translation)
+    assert np.abs(np.subtract(at, ui.pointer)).max() < 1.5
+    ui.tap("ESC")
+    yield
+    yield from let_go(ui)
+    assert (key_of(BODY).tobytes(), shown(BODY).tobytes()) == before
+
+
 def test_escape_brings_back_a_pose_that_no_solve_gives(ui: Window) -> Iterator[None]:
     yield from with_tool(ui)
     obj = bpy.data.objects[BODY]
