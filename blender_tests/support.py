@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
+import bmesh
 import bpy
 import numpy as np
 
@@ -99,6 +101,39 @@ def bound_rig(
 ) -> bpy.types.Object:
     obj = add_rig(name, prefix, dictionary=dictionary)
     rig.bind(obj)
+    return obj
+
+
+@contextmanager
+def in_mode(obj: bpy.types.Object, mode: str) -> Iterator[None]:
+    """The object is active, and in Object Mode again afterwards."""
+    bpy.context.view_layer.objects.active = obj
+    bpy.ops.object.mode_set(mode=mode)
+    try:
+        yield
+    finally:
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def delete_vertices(obj: bpy.types.Object, *numbers: int) -> None:
+    """In Edit Mode, as an artist would."""
+    with in_mode(obj, "EDIT"):
+        mesh = bmesh.from_edit_mesh(obj.data)
+        mesh.verts.ensure_lookup_table()
+        bmesh.ops.delete(mesh, geom=[mesh.verts[number] for number in numbers], context="VERTS")
+        bmesh.update_edit_mesh(obj.data)
+
+
+def add_armature(
+    **bones: tuple[Sequence[float], Sequence[float]],
+) -> bpy.types.Object:
+    """Heads and tails of bones, by their names."""
+    obj = bpy.data.objects.new("Armature", bpy.data.armatures.new("Armature"))
+    bpy.context.scene.collection.objects.link(obj)
+    with in_mode(obj, "EDIT"):
+        for name, (head, tail) in bones.items():
+            bone = obj.data.edit_bones.new(name)
+            bone.head, bone.tail = head, tail
     return obj
 
 

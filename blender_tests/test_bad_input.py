@@ -13,6 +13,7 @@ from support import (
     add_tube,
     bound_rig,
     depsgraph,
+    in_mode,
     key,
     state,
     tube,
@@ -147,11 +148,8 @@ def test_absolute_shape_keys():
 
 def test_edit_mode():
     obj = add_rig()
-    bpy.context.view_layer.objects.active = obj
-    bpy.ops.object.mode_set(mode="EDIT")
-    with pytest.raises(RigError, match="is in Edit Mode: leave it first"):
+    with in_mode(obj, "EDIT"), pytest.raises(RigError, match="is in Edit Mode: leave it first"):
         rig.bind(obj)
-    bpy.ops.object.mode_set(mode="OBJECT")
     assert not obj.tug.bound
 
 
@@ -191,11 +189,9 @@ def test_a_handle_that_was_deleted_in_the_viewport():
 
 
 def edit(obj, operation, *, select="SELECT", **options):
-    bpy.context.view_layer.objects.active = obj
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action=select)
-    operation(**options)
-    bpy.ops.object.mode_set(mode="OBJECT")
+    with in_mode(obj, "EDIT"):
+        bpy.ops.mesh.select_all(action=select)
+        operation(**options)
 
 
 def test_a_mesh_that_was_subdivided():

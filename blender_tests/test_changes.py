@@ -4,7 +4,6 @@
 import threading
 from itertools import pairwise
 
-import bmesh
 import bpy
 import numpy as np
 import pytest
@@ -12,9 +11,11 @@ from support import (
     HANDLES,
     add_rig,
     bound_rig,
+    delete_vertices,
     depsgraph,
     evaluated,
     expected,
+    in_mode,
     key,
     pull_between,
     pull_to,
@@ -141,23 +142,15 @@ def test_a_sculpted_example_changes_the_pose():
     obj = bound_rig()
     pull_to(obj, "Swell")
     before = solved(obj)
-    bpy.context.view_layer.objects.active = obj
-    bpy.ops.object.mode_set(mode="SCULPT")
-    key(obj, "Swell").points[50].co.x += 0.3
-    bpy.context.view_layer.update()
-    bpy.ops.object.mode_set(mode="OBJECT")
+    with in_mode(obj, "SCULPT"):
+        key(obj, "Swell").points[50].co.x += 0.3
+        bpy.context.view_layer.update()
     assert np.abs(solved(obj) - before).max() > 0.1
 
 
 def test_handles_are_found_again_after_an_edit_of_the_mesh():
     obj = bound_rig()
-    bpy.context.view_layer.objects.active = obj
-    bpy.ops.object.mode_set(mode="EDIT")
-    mesh = bmesh.from_edit_mesh(obj.data)
-    mesh.verts.ensure_lookup_table()
-    bmesh.ops.delete(mesh, geom=[mesh.verts[number] for number in (1, 2, 90)], context="VERTS")
-    bmesh.update_edit_mesh(obj.data)
-    bpy.ops.object.mode_set(mode="OBJECT")
+    delete_vertices(obj, 1, 2, 90)
     with pytest.raises(RigError, match="number of vertices went from 160 to 157: bind it again"):
         rig.solve(obj, depsgraph())
     rig.bind(obj)
@@ -168,10 +161,8 @@ def test_handles_are_found_again_after_an_edit_of_the_mesh():
 
 def test_a_handle_whose_vertex_is_gone_is_named():
     obj = bound_rig()
-    bpy.context.view_layer.objects.active = obj
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="DESELECT")
-    bpy.ops.object.mode_set(mode="OBJECT")
+    with in_mode(obj, "EDIT"):
+        bpy.ops.mesh.select_all(action="DESELECT")
     obj.data.vertices[HANDLES["Middle"]].select = True
     bpy.ops.object.mode_set(mode="EDIT")
     bpy.ops.mesh.delete(type="VERT")

@@ -3,13 +3,13 @@
 
 import inspect
 
-import bmesh
 import bpy
 import numpy as np
 import pytest
 from support import (
     HANDLES,
     LENGTH,
+    add_armature,
     add_key,
     add_keys,
     add_mesh,
@@ -19,6 +19,7 @@ from support import (
     attributes,
     bent,
     bound_rig,
+    delete_vertices,
     depsgraph,
     evaluated,
     expected,
@@ -325,13 +326,7 @@ def test_functions_that_were_deleted_are_told(number):
 
 def test_an_edited_mesh_gets_functions_of_its_own():
     obj = bound_with("EIGENFUNCTIONS")
-    bpy.context.view_layer.objects.active = obj
-    bpy.ops.object.mode_set(mode="EDIT")
-    mesh = bmesh.from_edit_mesh(obj.data)
-    mesh.verts.ensure_lookup_table()
-    bmesh.ops.delete(mesh, geom=[mesh.verts[number] for number in (1, 2, 90)], context="VERTS")
-    bmesh.update_edit_mesh(obj.data)
-    bpy.ops.object.mode_set(mode="OBJECT")
+    delete_vertices(obj, 1, 2, 90)
     with pytest.raises(RigError, match="number of vertices went from 160 to 157: bind it again"):
         rig.solve(obj, depsgraph())
     rig.bind(obj)
@@ -444,25 +439,15 @@ def test_all_vertex_groups_but_those_of_tug_deform():
     assert summary.groups == 3
 
 
-def add_armature(obj, names):
-    armature = bpy.data.armatures.new("Armature")
-    holder = bpy.data.objects.new("Armature", armature)
-    bpy.context.scene.collection.objects.link(holder)
-    bpy.context.view_layer.objects.active = holder
-    bpy.ops.object.mode_set(mode="EDIT")
-    for number, name in enumerate(names):
-        bone = armature.edit_bones.new(name)
-        bone.head, bone.tail = (0, 0, number), (0, 0, number + 1)
-    armature.edit_bones[-1].use_deform = False
-    bpy.ops.object.mode_set(mode="OBJECT")
-    return holder
-
-
 @pytest.mark.parametrize("by", ["modifier", "parent"])
 def test_the_deforming_bones_of_an_armature_deform(by):
     obj = add_rig(dictionary="VERTEX_GROUPS")
     paint_groups(obj, ("Hip", "Chest", "Head", "Control"), reach=1)
-    armature = add_armature(obj, ["Hip", "Chest", "Head", "Finger", "Control"])
+    names = ("Hip", "Chest", "Head", "Finger", "Control")
+    armature = add_armature(
+        **{name: ((0, 0, number), (0, 0, number + 1)) for number, name in enumerate(names)}
+    )
+    armature.data.bones["Control"].use_deform = False
     if by == "modifier":
         obj.modifiers.new("Armature", "ARMATURE").object = armature
     else:

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Matrix, Vector
-from support import HANDLES, add_tube, animate, bound_rig, evaluated, expected, key
+from support import HANDLES, add_armature, add_tube, animate, bound_rig, evaluated, expected, key
 
 from addon import bake
 from addon.rigging import live, shape_keys
@@ -84,13 +84,7 @@ def by_parent_kept_in_place(tip):
 
 
 def by_bone(tip):
-    armature = bpy.data.objects.new("Armature", bpy.data.armatures.new("Armature"))
-    bpy.context.scene.collection.objects.link(armature)
-    bpy.context.view_layer.objects.active = armature
-    bpy.ops.object.mode_set(mode="EDIT")
-    bone = armature.data.edit_bones.new("Bone")
-    bone.head, bone.tail = (0, 0, 0), (1, 2, 3)
-    bpy.ops.object.mode_set(mode="OBJECT")
+    armature = add_armature(Bone=((0, 0, 0), (1, 2, 3)))
     armature.pose.bones["Bone"].rotation_euler = (1, 2, 3)
     armature.pose.bones["Bone"].rotation_mode = "XYZ"
     tip.parent, tip.parent_type, tip.parent_bone = armature, "BONE", "Bone"

@@ -3,7 +3,7 @@
 
 import bpy
 import numpy as np
-from support import HANDLES, animate, assert_close, bound_rig, evaluated, expected
+from support import HANDLES, animate, assert_close, bound_rig, evaluated, expected, in_mode
 
 from addon import bake, handlers
 
@@ -78,10 +78,8 @@ def test_a_problem_that_was_mended_is_forgotten():
 def test_a_mesh_in_edit_mode_waits():
     obj = bound_rig()
     animate(obj)
-    bpy.context.view_layer.objects.active = obj
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.context.scene.frame_set(12)
-    bpy.ops.object.mode_set(mode="OBJECT")
+    with in_mode(obj, "EDIT"):
+        bpy.context.scene.frame_set(12)
     assert handlers.problem(obj) == ""
     bpy.context.scene.frame_set(12)
     assert_close(evaluated(obj), expected(obj))

@@ -9,6 +9,7 @@ from support import (
     AROUND,
     HANDLES,
     LENGTH,
+    add_armature,
     add_key,
     add_mesh,
     add_rig,
@@ -112,23 +113,19 @@ def test_no_selection_and_too_large_a_one_are_refused():
     assert len(obj.tug.handles) == 0
 
 
-def add_armature(obj):
-    data = bpy.data.armatures.new("Armature")
-    armature = bpy.data.objects.new("Armature", data)
-    bpy.context.scene.collection.objects.link(armature)
-    bpy.context.view_layer.objects.active = armature
-    bpy.ops.object.mode_set(mode="EDIT")
-    for number, name in enumerate(("Low", "High", "Control")):
-        bone = data.edit_bones.new(name)
-        bone.head, bone.tail = (0, 0, 2 * number), (0, 0, 2 * number + 2)
-        bone.use_deform = name != "Control"
-    bpy.ops.object.mode_set(mode="OBJECT")
+def be_deformed(obj):
+    """By an armature with one bone that does not deform."""
+    names = ("Low", "High", "Control")
+    armature = add_armature(
+        **{name: ((0, 0, 2 * number), (0, 0, 2 * number + 2)) for number, name in enumerate(names)}
+    )
+    armature.data.bones["Control"].use_deform = False
     obj.modifiers.new("Armature", "ARMATURE").object = armature
 
 
 def test_a_handle_for_each_deforming_bone():
     obj = add_tube()
-    add_armature(obj)
+    be_deformed(obj)
     activate(obj)
     bpy.ops.tug.add_handles_on_bones()
     assert names(obj) == ["Handle Low", "Handle High"]

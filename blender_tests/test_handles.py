@@ -5,7 +5,16 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Vector
-from support import HANDLES, assert_close, bound_rig, depsgraph, evaluated, expected, pull_between
+from support import (
+    HANDLES,
+    add_armature,
+    assert_close,
+    bound_rig,
+    depsgraph,
+    evaluated,
+    expected,
+    pull_between,
+)
 
 from addon.rigging import rig
 
@@ -47,14 +56,7 @@ def driven(tip):
 
 
 def on_a_bone(tip):
-    armature = bpy.data.armatures.new("Armature")
-    obj = bpy.data.objects.new("Armature", armature)
-    bpy.context.scene.collection.objects.link(obj)
-    bpy.context.view_layer.objects.active = obj
-    bpy.ops.object.mode_set(mode="EDIT")
-    bone = armature.edit_bones.new("Bone")
-    bone.head, bone.tail = tip.location, tip.location + AWAY
-    bpy.ops.object.mode_set(mode="OBJECT")
+    obj = add_armature(Bone=(tip.location, tip.location + AWAY))
     constraint = tip.constraints.new("COPY_LOCATION")
     constraint.target, constraint.subtarget, constraint.head_tail = obj, "Bone", 1.0
 

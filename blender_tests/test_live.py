@@ -13,6 +13,7 @@ from support import (
     depsgraph,
     evaluated,
     expected,
+    in_mode,
     key,
     pull_between,
     pull_to,
@@ -131,12 +132,10 @@ def test_an_example_that_was_sculpted_shows_when_sculpting_ends():
     obj = bound_rig()
     pull_to(obj, "Swell")
     before = evaluated(obj)
-    bpy.context.view_layer.objects.active = obj
-    bpy.ops.object.mode_set(mode="SCULPT")
-    key(obj, "Swell").points[50].co.x += 0.3
-    bpy.context.view_layer.update()
-    np.testing.assert_array_equal(evaluated(obj), before)
-    bpy.ops.object.mode_set(mode="OBJECT")
+    with in_mode(obj, "SCULPT"):
+        key(obj, "Swell").points[50].co.x += 0.3
+        bpy.context.view_layer.update()
+        np.testing.assert_array_equal(evaluated(obj), before)
     bpy.context.view_layer.update()
     assert np.abs(evaluated(obj) - before).max() > 0.1
 

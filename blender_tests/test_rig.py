@@ -18,6 +18,7 @@ from support import (
     bound_rig,
     evaluated,
     expected,
+    in_mode,
     key,
     pull_between,
     pull_to,
@@ -34,11 +35,9 @@ PLACED = Matrix.LocRotScale(Vector((1, 2, 3)), Euler((0.3, 0.5, 0.7)), Vector((2
 
 def repaint(obj, group):
     """Paint over some of a group as an artist would: in Weight Paint mode."""
-    bpy.context.view_layer.objects.active = obj
-    bpy.ops.object.mode_set(mode="WEIGHT_PAINT")
-    obj.vertex_groups[group].add(range(20, 60), 0.9, "REPLACE")
-    bpy.context.view_layer.update()
-    bpy.ops.object.mode_set(mode="OBJECT")
+    with in_mode(obj, "WEIGHT_PAINT"):
+        obj.vertex_groups[group].add(range(20, 60), 0.9, "REPLACE")
+        bpy.context.view_layer.update()
 
 
 # Handles ---------------------------------------------------------------------------------------
