@@ -20,7 +20,7 @@ package: build ready-for-tests
 screenshots: package
 	python3 blender_tests/window/screenshots.py
 
-bench: build
+bench: build package
 	python3 native/bench/in_environment.py bench.py
 
 measurements: bench

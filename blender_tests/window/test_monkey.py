@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A monkey at the desk: random actions from a seed, and what must hold after each of them.
 
-TUG_MONKEY says how many actions, TUG_MONKEY_SEED which ones.
+TUG_MONKEY says how many actions, TUG_MONKEY_SEED which ones. Without them, a thousand are divided
+among the two Blenders that have windows, different ones in each.
 """
 
 from __future__ import annotations
@@ -23,8 +24,8 @@ from addon.rigging import rig
 from addon.rigging.inputs import RigError
 from addon.ui import state
 
-ACTIONS = int(os.environ.get("TUG_MONKEY", "60"))
-SEED = int(os.environ.get("TUG_MONKEY_SEED", "1"))
+ACTIONS = int(os.environ.get("TUG_MONKEY", "500"))
+SEED = int(os.environ.get("TUG_MONKEY_SEED", bpy.app.version[1]))
 NAME = "Tube"
 MODES = ("EDIT", "SCULPT", "WEIGHT_PAINT")
 LAST_FRAME = 12
