@@ -9,7 +9,10 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from types import ModuleType
+from unittest import mock
 
 import bpy
 import numpy as np
@@ -34,14 +37,16 @@ def test_the_window_answers_during_a_long_bind(ui: Window) -> Iterator[None]:
         yield
     drawing.stop()
     ticks = Ticks()
-    start_bind(ui)
-    yield from ui.wait_until(lambda: bpy.data.objects[NAME].tug.bound, 100.0)
+    with timed(rig, "plan_bind", "finish_bind") as held:
+        start_bind(ui)
+        yield from ui.wait_until(lambda: bpy.data.objects[NAME].tug.bound, 100.0)
     ticks.stop()
     keep(
         ui,
         vertices=SIDE * SIDE,
         bind_seconds=ticks.seconds(),
         longest_silence=max(ticks.silences()),
+        longest_held=max(held),
         silence_of_drawing=max(drawing.silences()),
     )
     assert len(ticks.times) > 5
@@ -86,6 +91,28 @@ class Ticks:
 
     def silences(self) -> np.ndarray:
         return np.diff(self.times)
+
+
+@contextmanager
+def timed(module: ModuleType, *names: str) -> Iterator[list[float]]:
+    """The seconds of every call of these functions."""
+    seconds: list[float] = []
+
+    def watched(function: Callable) -> Callable:
+        def call(*arguments: object) -> object:
+            start = time.monotonic()
+            try:
+                return function(*arguments)
+            finally:
+                seconds.append(time.monotonic() - start)
+
+        return call
+
+    with ExitStack() as stack:
+        for name in names:
+            call = watched(getattr(module, name))
+            stack.enter_context(mock.patch.object(module, name, call))
+        yield seconds
 
 
 def running() -> bool:

@@ -59,5 +59,7 @@ def rows(blender: str, measured: dict[str, float]) -> Iterator[Row]:
         None,
         sizes,
     )
+    held = measured["longest_held"]
+    yield Row(NAME, f"{blender}: longest that Tug keeps it waiting", "s", held, sizes=sizes)
     yield Row(NAME, f"{blender}: whole bind", "s", measured["bind_seconds"], sizes=sizes)
     yield Row(NAME, f"{blender}: from Esc to the end", "s", measured["esc_seconds"], sizes=sizes)
