@@ -25,7 +25,7 @@ def test_it_has_what_it_needs_and_nothing_else(_ui: Window) -> Iterator[None]:
     yield
     sources = {p.relative_to(SOURCES).as_posix() for p in SOURCES.rglob("*.py")}
     besides = {"blender_manifest.toml", "LICENSE", "sample.npz"}
-    folder = Path(rig.__file__).parent
+    folder = Path(native.__file__).parent
     files = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
     files = {name for name in files if "__pycache__" not in name}
     (wheel,) = [name for name in files if name.startswith("wheels/")]
