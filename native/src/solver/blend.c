@@ -29,11 +29,12 @@ int blend_workspace_create(int32_t groups, int32_t shapes, blend_workspace *w)
     w->along_d = allocate(n, sizeof *w->along_d);
     w->reduced_d = allocate(n, sizeof *w->reduced_d);
     w->kept = allocate(n, sizeof *w->kept);
+    w->best = allocate(n, sizeof *w->best);
     w->free = allocate(n, sizeof *w->free);
     w->list = allocate(n, sizeof *w->list);
     w->pivot = allocate((size_t)groups, sizeof *w->pivot);
     return w->gradient && w->direction && w->reduced && w->to_u && w->along_d && w->reduced_d &&
-           w->kept && w->free && w->list && w->pivot;
+           w->kept && w->best && w->free && w->list && w->pivot;
 }
 
 void blend_workspace_destroy(blend_workspace *w)
@@ -45,6 +46,7 @@ void blend_workspace_destroy(blend_workspace *w)
     release(w->along_d);
     release(w->reduced_d);
     release(w->kept);
+    release(w->best);
     release(w->free);
     release(w->list);
     release(w->pivot);
@@ -323,11 +325,12 @@ static double descend(const blend_problem *p, blend_workspace *w, double *B, ble
 blend_result minimise_blend(const blend_problem *p, blend_workspace *w, double *B)
 {
     int32_t limit = 100 + 20 * size_of(p), idle = 0;
+    size_t bytes = (size_t)size_of(p) * sizeof *B;
     double precision = 1e-13 * sqrt(fabs(p->r));
     free_support(p, B, w);
     find_gradient(p, B, w->gradient);
     double u = find_u(p, B, w->gradient);
-    blend_result result = {0, find_objective(p, B, u), u, INFINITY};
+    blend_result result = {0, find_objective(p, B, u), u, INFINITY}, best = result;
     while (result.pivots < limit) {
         double before = result.objective, part = descend(p, w, B, &result);
         idle = result.objective < before - precision ? 0 : idle + 1;
@@ -336,12 +339,22 @@ blend_result minimise_blend(const blend_problem *p, blend_workspace *w, double *
             continue;
         }
         result.gap = find_gap(p, w, B, result.u);
+        if (result.gap < best.gap) { /* f may no longer show what is won */
+            idle = best.pivots > 0 && result.gap < 0.9 * best.gap ? 0 : idle;
+            best = result;
+            memcpy(w->best, B, bytes);
+        }
         if (result.gap <= 1e-12 * result.objective || idle > 3 ||
             (release_entries(p, w, find_tau(p, result.u), idle > 0) == 0 && idle > 0)) {
             break;
         }
     }
     result.gap = find_gap(p, w, B, result.u);
+    if (best.gap < result.gap) {
+        memcpy(B, w->best, bytes);
+        best.pivots = result.pivots;
+        return best;
+    }
     return result;
 }
 

@@ -28,6 +28,7 @@ typedef struct blend_workspace {
     double *along_d;   /* n: and how that moves with the weight of d */
     double *reduced_d; /* n */
     double *kept;      /* n: B before a step */
+    double *best;      /* n: B of the least gap so far */
     int32_t *free;     /* n: whether B_i may move */
     int32_t *list;     /* n: the free ones that are no group's pivot; q of them */
     int32_t *pivot;    /* G: the entry that gives way so that a row sums to one */
