@@ -10,6 +10,12 @@ BLENDER_USER_RESOURCES=$(mktemp -d)
 export BLENDER_USER_RESOURCES
 unset TUG_LIBRARY # the library is the one in the zip
 blender --command extension install-file --repo user_default --enable "$zip"
-exec xvfb-run -a -s "-screen 0 ${size}x24 +extension GLX +render -noreset" \
+xvfb-run -a -s "-screen 0 ${size}x24 +extension GLX +render -noreset" \
     blender -noaudio --enable-event-simulate --window-geometry 0 0 "${size%x*}" "${size#*x}" \
-    --python-exit-code 1 --python "$script" -- "$@"
+    --python-exit-code 1 --python "$script" -- "$@" && exit
+code=$?
+# Where Blender was when it crashed.
+for crash in "${TMPDIR:-/tmp}"/*.crash.txt; do
+    [ ! -e "$crash" ] || cat "$crash"
+done
+exit "$code"
