@@ -25,6 +25,9 @@ EDITING = {"EDIT", "SCULPT", "WEIGHT_PAINT", "VERTEX_PAINT"}
 _problems: dict[int, str] = {}
 _paused = False
 _rendering = False
+_rendered = False  # the render is over, and the viewport still to be shown again
+
+PERIOD = 0.1  # seconds between two looks whether a render is over
 
 
 def problem(obj: bpy.types.Object) -> str:
@@ -119,25 +122,33 @@ def _touch_all(*_: object) -> None:
 
 @persistent
 def _start_render(scene: bpy.types.Scene, *_: object) -> None:
-    global _rendering
-    _rendering = True
+    global _rendering, _rendered
+    _rendering, _rendered = True, False
     if text := render_risk(scene):
         print(f"Tug: {text}")
 
 
 @persistent
 def _end_render(*_: object) -> None:
-    """Called on the render's thread: the rest is for the main one."""
+    """Called on the render's thread, where no timer may be registered: Blender's list of them has
+    no lock. The rest is for the main thread."""
+    global _rendered
+    _rendered = True
     if bpy.app.background:
         _show_viewport_again()
-    else:
-        bpy.app.timers.register(_show_viewport_again)
+
+
+def _watch() -> float:
+    """In a window, always."""
+    if _rendered:
+        _show_viewport_again()
+    return PERIOD
 
 
 def _show_viewport_again() -> None:
     """The meshes have the pose of the last frame that was rendered."""
-    global _rendering
-    _rendering = False
+    global _rendering, _rendered
+    _rendering = _rendered = False
     _look_at_all()
 
 
@@ -145,8 +156,8 @@ def _show_viewport_again() -> None:
 def _start_anew(*_: object) -> None:
     """A file was opened. What is animated is put where its curves have it after this call, which
     may be elsewhere than when the file was saved; Blender tells of no update then."""
-    global _rendering
-    _rendering = False  # no render outlives its file
+    global _rendering, _rendered
+    _rendering = _rendered = False  # no render outlives its file
     live.forget_all()
     _problems.clear()
     # Without a window no timer runs, and one left over makes Blender as a module crash at exit.
@@ -175,11 +186,13 @@ HANDLERS = (
 def register() -> None:
     for name, function in HANDLERS:
         getattr(bpy.app.handlers, name).append(function)
+    if not bpy.app.background:
+        bpy.app.timers.register(_watch, persistent=True)
 
 
 def unregister() -> None:
     for name, function in HANDLERS:
         getattr(bpy.app.handlers, name).remove(function)
-    for function in (_look_at_all, _show_viewport_again):
+    for function in (_look_at_all, _watch):
         if bpy.app.timers.is_registered(function):
             bpy.app.timers.unregister(function)

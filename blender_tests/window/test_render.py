@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import sys
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -110,3 +112,28 @@ def test_handles_pulled_while_it_renders_are_followed_afterwards(ui: Window) -> 
     yield 0.2
     answer = rig.positions(bpy.data.objects[BODY], bpy.context.evaluated_depsgraph_get())
     np.testing.assert_array_equal(key_of(BODY), answer.astype(np.float32))
+
+
+def test_the_thread_of_a_render_registers_no_timer(ui: Window) -> Iterator[None]:
+    """Blender's list of timers has no lock, and its main thread walks it all the time."""
+    yield from animated(ui)
+    bpy.context.scene.render.engine = "CYCLES"
+    called, threads = [], []
+
+    def note(_frame: object, event: str, function: object) -> None:
+        if event == "c_call":
+            called.append(function)
+
+    def begin(*_: object) -> None:
+        threads.append(threading.current_thread())
+        sys.setprofile(note)
+
+    def end(*_: object) -> None:
+        sys.setprofile(None)
+
+    ended = bpy.app.handlers.render_complete
+    ended.insert(0, begin)
+    ended.append(end)
+    yield from render(ui, "noted")
+    assert threads and threads[0] is not threading.main_thread()
+    assert called and bpy.app.timers.register not in called
