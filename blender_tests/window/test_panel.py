@@ -73,21 +73,23 @@ def test_the_panel_in_every_state(ui: Window) -> Iterator[None]:
     yield
     with ui.context():
         bpy.ops.tug.add_handles(count=4)
-        yield
+    yield
+    with ui.context():
         bpy.ops.tug.bind()
     yield
     bpy.data.objects["Handle 2"].location.x += 1
     yield
-    with ui.context():
-        bpy.ops.tug.tick_example(key="Long")
+    for _ in range(2):
+        with ui.context():
+            bpy.ops.tug.tick_example(key="Long")
         yield
-        bpy.ops.tug.tick_example(key="Long")
+    with ui.context():
         bpy.ops.tug.select_handles(index=1)
     yield
     obj.tug.handles[1].hold = "SOFT"
     yield
+    obj.tug.active_handle = 2
     with ui.context():
-        obj.tug.active_handle = 2
         bpy.ops.tug.delete_handle()
     yield
     ui.picture("panel-stale")
@@ -95,7 +97,8 @@ def test_the_panel_in_every_state(ui: Window) -> Iterator[None]:
         bpy.context.view_layer.objects.active = obj
         bpy.ops.tug.bind()
         bpy.ops.object.mode_set(mode="EDIT")
-        yield
+    yield
+    with ui.context():
         bpy.ops.object.mode_set(mode="OBJECT")
         bpy.ops.tug.bake(filepath=f"{bpy.app.tempdir}tube.pc2", first=1, last=2)
     yield
