@@ -335,7 +335,7 @@ blend_result minimise_blend(const blend_problem *p, blend_workspace *w, double *
         double before = result.objective, part = descend(p, w, B, &result);
         idle = result.objective < before - precision ? 0 : idle + 1;
         result.pivots++;
-        if (part < 1.0) {
+        if (part < 1.0 && result.pivots < limit) {
             continue;
         }
         result.gap = find_gap(p, w, B, result.u);
@@ -349,7 +349,6 @@ blend_result minimise_blend(const blend_problem *p, blend_workspace *w, double *
             break;
         }
     }
-    result.gap = find_gap(p, w, B, result.u);
     if (best.gap < result.gap) {
         memcpy(B, w->best, bytes);
         best.pivots = result.pivots;
