@@ -27,7 +27,7 @@ _paused = False
 _rendering = False
 _rendered = False  # the render is over, and the viewport still to be shown again
 
-PERIOD = 0.1  # seconds between two looks whether a render is over
+PERIOD = 0.1  # seconds between two looks of `_watch`
 
 
 def problem(obj: bpy.types.Object) -> str:
@@ -131,15 +131,16 @@ def _start_render(scene: bpy.types.Scene, *_: object) -> None:
 @persistent
 def _end_render(*_: object) -> None:
     """Called on the render's thread, where no timer may be registered: Blender's list of them has
-    no lock. The rest is for the main thread."""
+    no lock. The rest is for the main thread: that of a window finds it by `_watch`."""
     global _rendered
-    _rendered = True
     if bpy.app.background:
         _show_viewport_again()
+    else:
+        _rendered = True
 
 
 def _watch() -> float:
-    """In a window, always."""
+    """A timer of the main thread for as long as Tug is registered: whether a render is over."""
     if _rendered:
         _show_viewport_again()
     return PERIOD

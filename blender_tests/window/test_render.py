@@ -37,6 +37,7 @@ def animated(ui: Window) -> Iterator[None]:
     scene.world = bpy.data.worlds.new("World")
     scene.render.resolution_x = scene.render.resolution_y = SIZE
     scene.render.image_settings.file_format = "PNG"
+    scene.render.engine = "CYCLES"
     scene.cycles.samples, scene.cycles.use_denoising = 2, False
     bpy.context.preferences.view.render_display_type = "NONE"
     scene.frame_set(1)
@@ -99,8 +100,6 @@ def test_live_rigs_render_as_their_bakes(ui: Window) -> Iterator[None]:
 
 def test_handles_pulled_while_it_renders_are_followed_afterwards(ui: Window) -> Iterator[None]:
     yield from animated(ui)
-    scene = bpy.context.scene
-    scene.render.engine = "CYCLES"
     with ui.context():
         bpy.ops.render.render("INVOKE_DEFAULT", animation=True)
     yield 0.02
@@ -117,7 +116,6 @@ def test_handles_pulled_while_it_renders_are_followed_afterwards(ui: Window) -> 
 def test_the_thread_of_a_render_registers_no_timer(ui: Window) -> Iterator[None]:
     """Blender's list of timers has no lock, and its main thread walks it all the time."""
     yield from animated(ui)
-    bpy.context.scene.render.engine = "CYCLES"
     called, threads = [], []
 
     def note(_frame: object, event: str, function: object) -> None:
